@@ -1,0 +1,1 @@
+"""From recordings to fitted breaths, tables and reports."""

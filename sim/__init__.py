@@ -1,0 +1,1 @@
+"""Physics-based human torso: bones, soft cavities, muscles, lung."""

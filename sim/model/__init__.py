@@ -1,0 +1,1 @@
+"""Builders: each adds its part to the torso."""

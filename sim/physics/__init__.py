@@ -1,0 +1,1 @@
+"""Arrays in, arrays out: the physics of the torso, without MuJoCo."""
