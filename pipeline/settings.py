@@ -21,13 +21,73 @@ class SignatureSettings:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class FitSettings:
-    """Fitting the torso to a breath signature."""
+    """Fitting the torso to a breath signature.
+
+    algorithm : one of `pipeline.optimise.ALGORITHMS`
+    markers : "all" or "sagittal", the markers that the optimiser sees
+    velocity_weight_s : s, weight of error_v beside error_p; 0 leaves it out
+    velocity_window_s : s over which a velocity is taken, for model and recording alike
+    frame_rate_hz : frames of the model's breath
+    n_initial, n_starts, n_evaluations : runs before the search, its starts, its runs in total
+    level_tolerance : the search stops at steps this small
+    upper_level : largest maximum activation allowed
+    failed_penalty : cost of a failed run, in errors of not moving
+    heldout_every, heldout_evaluations : every which breath is held out, runs for its fit
+    min_cycles : with fewer breaths no verdict is given
+    n_cycle_checks : breaths whose fit through the emulator is checked by a real run
+    scale_sd, rotation_sd_rad, landmark_sd_m, surface_sd_m, height_sd_m : how far size, axes,
+        landmarks and skin may stray in the registration (one standard deviation)
+    min_scale_markers : with fewer markers the size stays that of the table
+    marker_radius_m : distance of a marker's centre from the skin
+    """
 
     algorithm: str
+    markers: str
+    velocity_weight_s: float
+    velocity_window_s: float
+    frame_rate_hz: float
+    n_initial: int
+    n_starts: int
+    n_evaluations: int
+    level_tolerance: float
+    upper_level: float
+    failed_penalty: float
+    heldout_every: int
+    heldout_evaluations: int
+    min_cycles: int
+    n_cycle_checks: int
+    scale_sd: float
+    rotation_sd_rad: float
+    landmark_sd_m: float
+    surface_sd_m: float
+    height_sd_m: float
+    min_scale_markers: int
+    marker_radius_m: float
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PosteriorSettings:
-    """Emulator and sampling."""
+    """Emulator and sampling.
+
+    n_design : designed runs in all, those of the fit included
+    n_rounds : rounds in which the runs beyond the fit's are placed where levels are plausible
+    max_emulator_share : largest part of the residual variance that may be the emulator's
+    noise_floor_m : smallest marker noise believed (instrument)
+    discrepancy_scale_m : half-normal scale of the model's own misfit
+    n_ensembles, n_walkers, max_steps, min_taus : independent ensembles; a chain stops at
+        min_taus autocorrelation times or at max_steps
+    probability : of every interval
+    n_draws : draws kept of each ensemble
+    """
 
     n_design: int
+    n_rounds: int
+    max_emulator_share: float
+    noise_floor_m: float
+    discrepancy_scale_m: float
+    n_ensembles: int
+    n_walkers: int
+    max_steps: int
+    min_taus: int
+    probability: float
+    n_draws: int
