@@ -1,0 +1,86 @@
+"""What one stage is asked to do for one recording, as the workflow hands it over."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from pipeline import configuration, places
+from pipeline.study import Entry, Row
+from sim.errors import InputError
+
+SECTIONS_OF = {
+    "markers": ("markers",),
+    "signature": ("signature",),
+    "fit": ("fit",),
+    "posterior": ("fit", "posterior"),
+    "report": (),
+}
+STAGES = tuple(SECTIONS_OF)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Job:
+    """One stage of one recording; Snakemake reruns the stage when any field changes.
+
+    Parameters
+    ----------
+    name, stage : what and which
+    recording, subject : rows of the tables
+    file, markers : paths; `markers` may be empty
+    problem : why the row cannot be used, empty if it can
+    settings : section name to values
+    """
+
+    name: str
+    stage: str
+    recording: Row
+    subject: Row
+    file: str
+    markers: str
+    problem: str
+    settings: dict[str, dict[str, Any]]
+    seed: int
+    version: str
+
+    @property
+    def text(self) -> str:
+        """The job as one line of JSON."""
+        return json.dumps(asdict(self), sort_keys=True, ensure_ascii=False)
+
+    def section(self, name: str) -> Any:
+        """Return the checked settings dataclass of a stage."""
+        return configuration.section(name, self.settings[name], "settings")
+
+
+def make_job(entry: Entry, stage: str, config: Mapping[str, Any]) -> Job:
+    """Return the job of `stage` for one row.
+
+    Parameters
+    ----------
+    entry : the row
+    stage : one of STAGES
+    config : a checked configuration
+    """
+    return Job(
+        name=entry.name,
+        stage=stage,
+        recording=entry.recording,
+        subject=entry.subject,
+        file=str(entry.file),
+        markers=str(entry.markers or ""),
+        problem=entry.problem,
+        settings={name: dict(config[name]) for name in SECTIONS_OF[stage]},
+        seed=config["seed"],
+        version=places.version(),
+    )
+
+
+def read_job(text: str) -> Job:
+    """Read what `Job.text` wrote."""
+    try:
+        return Job(**json.loads(text))
+    except (ValueError, TypeError) as error:
+        raise InputError(f"--job: is not a job ({error}). Leave it out.") from error

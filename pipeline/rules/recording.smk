@@ -1,0 +1,72 @@
+# One recording: each stage leaves its record, results/NAME/STAGE.json, even for a row that cannot
+# be used; its other files stand beside it.
+rule markers:
+    input:
+        lambda w: plan.files(w.name),
+    output:
+        "results/{name}/markers.json",
+    log:
+        "logs/{name}/markers.log",
+    params:
+        job=lambda w: plan.job(w.name, "markers"),
+    shell:
+        "pleura markers {wildcards.name:q} --keep-going --job {params.job:q} 2> {log:q}"
+
+
+rule signature:
+    input:
+        "results/{name}/markers.json",
+    output:
+        "results/{name}/signature.json",
+    log:
+        "logs/{name}/signature.log",
+    params:
+        job=lambda w: plan.job(w.name, "signature"),
+    shell:
+        "pleura signature {wildcards.name:q} --keep-going --job {params.job:q} 2> {log:q}"
+
+
+rule fit:
+    input:
+        "results/{name}/signature.json",
+    output:
+        "results/{name}/fit.json",
+    log:
+        "logs/{name}/fit.log",
+    params:
+        job=lambda w: plan.job(w.name, "fit"),
+    threads: workflow.cores or 1
+    shell:
+        "pleura fit {wildcards.name:q} --keep-going --processes {threads}"
+        " --job {params.job:q} 2> {log:q}"
+
+
+rule posterior:
+    input:
+        "results/{name}/fit.json",
+    output:
+        "results/{name}/posterior.json",
+    log:
+        "logs/{name}/posterior.log",
+    params:
+        job=lambda w: plan.job(w.name, "posterior"),
+    threads: workflow.cores or 1
+    shell:
+        "pleura posterior {wildcards.name:q} --keep-going --processes {threads}"
+        " --job {params.job:q} 2> {log:q}"
+
+
+rule report:
+    input:
+        expand(
+            "results/{{name}}/{stage}.json",
+            stage=["markers", "signature", "fit", "posterior"],
+        ),
+    output:
+        "reports/{name}.html",
+    log:
+        "logs/{name}/report.log",
+    params:
+        job=lambda w: plan.job(w.name, "report"),
+    shell:
+        "pleura report {wildcards.name:q} --keep-going --job {params.job:q} 2> {log:q}"

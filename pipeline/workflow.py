@@ -1,0 +1,104 @@
+"""What the Snakefile asks: the study, its jobs, and whether the targets exist."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from pipeline import configuration
+from pipeline.configuration import STUDY_FILE, nearest
+from pipeline.job import make_job
+from pipeline.study import Entry, Study, read_study
+from sim.errors import InputError
+
+RESULTS = Path("results")
+PAGES = ("reports/error_table.html", "reports/error_table.csv", "reports/group.html")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Plan:
+    """A study and its checked configuration."""
+
+    study: Study
+    config: dict[str, Any]
+
+    def job(self, name: str, stage: str) -> str:
+        """Return the job of a rule as text."""
+        return make_job(self.study.entry(name), stage, self.config).text
+
+    def files(self, name: str) -> list[str]:
+        """Return the files a row reads; none for a row that cannot be used."""
+        entry = self.study.entry(name)
+        if entry.problem:
+            return []
+        return [str(entry.file), *([str(entry.markers)] if entry.markers else [])]
+
+    @property
+    def rows(self) -> str:
+        """What the pages of the whole study depend on besides the records."""
+        return "; ".join(f"{e.name}: {e.problem}" for e in self.study.entries if not e.reportable)
+
+    def asked(self, targets: Collection[str]) -> tuple[list[str], list[str]]:
+        """Return the recordings that `targets` need, and the problems of rows without a report.
+
+        Parameters
+        ----------
+        targets : as typed; none, a rule or a page of the study needs every row
+        """
+        names = [n for n in self.study.names if f"reports/{n}.html" in map(_normal, targets)]
+        if len(names) == len(set(targets)) and targets:
+            return names, []
+        lost = [e.problem for e in self.study.entries if not e.reportable]
+        return list(self.study.names), lost
+
+
+def _normal(target: str) -> str:
+    return PurePosixPath(target).as_posix()
+
+
+def read_plan(overrides: Mapping[str, Any], study_file: Path = STUDY_FILE) -> Plan:
+    """Read configuration and tables of the study in the current folder.
+
+    Parameters
+    ----------
+    overrides : keys given on the command line
+    study_file : the study's own configuration
+    """
+    config = configuration.load(study_file, overrides)
+    study = read_study(Path(config["recordings"]), Path(config["subjects"]))
+    return Plan(study=study, config=config)
+
+
+def check_targets(targets: Collection[str], rules: Collection[str], study: Study) -> None:
+    """Answer a mistyped report before any job runs.
+
+    Parameters
+    ----------
+    targets : as typed
+    rules : names of rules, which are targets too
+    study : the rows that there are
+    """
+    reports = [f"reports/{name}.html" for name in study.names]
+    for target in map(_normal, targets):
+        if target in (*reports, *PAGES, *rules) or target.startswith(("results/", "logs/")):
+            continue
+        known = nearest(target, (*reports, *PAGES))
+        listed = known or f" There are: {', '.join((*reports[:8], *PAGES))}."
+        entry = _unreportable(target, study)
+        why = f" ({entry.problem})" if entry else ""
+        raise InputError(f"{target}: nothing of this name can be made{why}.{listed}")
+
+
+def _unreportable(target: str, study: Study) -> Entry | None:
+    return next(
+        (e for e in study.entries if not e.reportable and target == f"reports/{e.name}.html"), None
+    )
+
+
+def check_installed() -> None:
+    """Refuse to start when the stages' command is not on the path."""
+    if shutil.which("pleura") is None:
+        raise InputError("pleura: is not installed. pip install -c requirements.lock .")
