@@ -1,0 +1,266 @@
+"""Forces of muscles, tissue, links and contact on the points of the torso."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from sim.physics.muscle import (
+    HILL,
+    PASSIVE_SHAPE,
+    active_factor,
+    force_length,
+    hill_tension,
+    spring_tension,
+)
+from sim.physics.plant import Constants, Contacts, Links, Muscles, Tissue
+from sim.physics.types import Floats, Ints
+
+
+@njit(cache=True, nogil=True)
+def _pull(x: Floats, f: Floats, a: int, b: int, tension: float, length: float) -> None:
+    s = tension / length
+    for c in range(3):
+        d = s * (x[b, c] - x[a, c])
+        f[a, c] += d
+        f[b, c] -= d
+
+
+@njit(cache=True, nogil=True)
+def _length_and_rate(x: Floats, v: Floats, a: int, b: int) -> tuple[float, float]:
+    dx, dy, dz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+    length = max(math.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
+    rate = (dx * (v[b, 0] - v[a, 0]) + dy * (v[b, 1] - v[a, 1]) + dz * (v[b, 2] - v[a, 2])) / length
+    return length, rate
+
+
+@njit(cache=True, nogil=True)
+def add_muscles(
+    x: Floats,
+    v: Floats,
+    muscles: Muscles,
+    constants: Constants,
+    activation: Floats,
+    length: Floats,
+    rate: Floats,
+    factor: Floats,
+    tension: Floats,
+    f: Floats,
+) -> None:
+    """Add the tension of every muscle element to the nodal forces.
+
+    Parameters
+    ----------
+    x, v : (n_points, 3), m and m/s
+    activation : (n_groups,)
+    length, rate, tension : (n_elements,), written
+    factor : (n_chains,), force-length times force-velocity of each fibre, written
+    f : (n_points, 3), N, added to
+    """
+    n_chains = muscles.chain_rest.shape[0]
+    span = factor
+    speed = muscles.chain_rest * 0.0
+    for c in range(n_chains):
+        span[c] = 0.0
+    for e in range(muscles.a.shape[0]):
+        length[e], rate[e] = _length_and_rate(x, v, muscles.a[e], muscles.b[e])
+        span[muscles.chain[e]] += length[e]
+        speed[muscles.chain[e]] += rate[e]
+    if constants.law == HILL:
+        for c in range(n_chains):
+            rest = muscles.chain_rest[c]
+            factor[c] = active_factor(
+                span[c] / rest,
+                speed[c] / (rest * muscles.chain_v_max[c]),
+                constants.width,
+                constants.curvature,
+                constants.eccentric,
+            )
+    for e in range(muscles.a.shape[0]):
+        level = activation[muscles.group[e]]
+        rest = muscles.rest[e]
+        if constants.law == HILL:
+            tension[e] = hill_tension(
+                level,
+                factor[muscles.chain[e]],
+                length[e] / rest,
+                rate[e] / rest,
+                muscles.f_max[e],
+                muscles.k_pe[e],
+                muscles.b_pe[e],
+            )
+        else:
+            tension[e] = spring_tension(
+                level,
+                length[e],
+                rate[e],
+                rest,
+                muscles.chain_v_max[muscles.chain[e]],
+                muscles.f_max[e],
+                muscles.k_pe[e],
+                muscles.b_pe[e],
+            )
+        _pull(x, f, muscles.a[e], muscles.b[e], tension[e], length[e])
+
+
+@njit(cache=True, nogil=True)
+def muscle_stiffness(
+    e: int,
+    step: float,
+    muscles: Muscles,
+    constants: Constants,
+    activation: Floats,
+    length: Floats,
+    span_ratio: float,
+) -> float:
+    """Bound on h K + h^2 D of an element along its line, as an added mass, kg.
+
+    The active part of a chain couples all its elements; n times the fibre's own slope on each
+    element bounds that coupling from above, and equals it when the fibre shortens evenly.
+    """
+    level = activation[muscles.group[e]]
+    rest = muscles.rest[e]
+    if constants.law != HILL:
+        k = level * muscles.f_max[e] + muscles.k_pe[e]
+        return step * step * k + step * muscles.b_pe[e]
+    ratio = length[e] / rest
+    passive = muscles.k_pe[e] * math.exp(PASSIVE_SHAPE * (ratio - 1.0) - 0.5 * PASSIVE_SHAPE)
+    k = passive * PASSIVE_SHAPE / rest
+    d = muscles.b_pe[e] / rest
+    chain = muscles.chain[e]
+    force = level * muscles.f_max[e] * muscles.chain_count[chain] / muscles.chain_rest[chain]
+    slope = -2.0 * (span_ratio - 1.0) / constants.width**2
+    k += force * max(0.0, slope)
+    steepest = (1.0 + constants.curvature) / constants.curvature
+    d += force * force_length(span_ratio, constants.width) * steepest / muscles.chain_v_max[chain]
+    return step * step * k + step * d
+
+
+@njit(cache=True, nogil=True)
+def add_tissue(x: Floats, v: Floats, tissue: Tissue, tension: Floats, f: Floats) -> None:
+    """Add the pull of the passive threads; `tension` (n,), N, is written."""
+    for e in range(tissue.a.shape[0]):
+        length, rate = _length_and_rate(x, v, tissue.a[e], tissue.b[e])
+        pull = tissue.stiffness[e] * (length - tissue.rest[e]) + tissue.damping[e] * rate
+        tension[e] = max(0.0, pull)
+        if pull > 0.0:
+            _pull(x, f, tissue.a[e], tissue.b[e], pull, length)
+
+
+@njit(cache=True, nogil=True)
+def add_links(x: Floats, v: Floats, links: Links, f: Floats) -> None:
+    """Add the forces of the bone-to-cartilage links, which are slack when both ends meet."""
+    for e in range(links.a.shape[0]):
+        a, b = links.a[e], links.b[e]
+        for c in range(3):
+            pull = links.stiffness[e] * (x[b, c] - x[a, c])
+            pull += links.damping[e] * (v[b, c] - v[a, c])
+            f[a, c] += pull
+            f[b, c] -= pull
+
+
+@njit(cache=True, nogil=True)
+def face_gap(x: Floats, face: Ints, p: int, weight: Floats, normal: Floats) -> float:
+    """Gap between point `p` and a face of the sheet, positive inside the chest.
+
+    Parameters
+    ----------
+    weight : (3,), barycentric weights of the nearest point of the face, written
+    normal : (3,), unit normal into the chest, written
+
+    Returns
+    -------
+    distance, m, signed by the side of the face
+    """
+    a, b, c = x[face[0]], x[face[1]], x[face[2]]
+    ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    wx, wy, wz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    nx, ny, nz = wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux
+    area = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
+    nx, ny, nz = nx / area, ny / area, nz / area
+    px, py, pz = x[p, 0] - a[0], x[p, 1] - a[1], x[p, 2] - a[2]
+    uu, uw, ww = ux * ux + uy * uy + uz * uz, ux * wx + uy * wy + uz * wz, wx * wx + wy * wy + wz * wz
+    pu, pw = px * ux + py * uy + pz * uz, px * wx + py * wy + pz * wz
+    det = max(uu * ww - uw * uw, 1e-18)
+    s = min(max((ww * pu - uw * pw) / det, 0.0), 1.0)
+    t = min(max((uu * pw - uw * pu) / det, 0.0), 1.0)
+    if s + t > 1.0:
+        s, t = s / (s + t), t / (s + t)
+    weight[0], weight[1], weight[2] = 1.0 - s - t, s, t
+    normal[0], normal[1], normal[2] = nx, ny, nz
+    return px * nx + py * ny + pz * nz
+
+
+@njit(cache=True, nogil=True)
+def face_distance(x: Floats, face: Ints, p: int, weight: Floats, normal: Floats) -> float:
+    """Squared distance from point `p` to a face."""
+    face_gap(x, face, p, weight, normal)
+    total = 0.0
+    for c in range(3):
+        near = weight[0] * x[face[0], c] + weight[1] * x[face[1], c] + weight[2] * x[face[2], c]
+        total += (x[p, c] - near) ** 2
+    return total
+
+
+@njit(cache=True, nogil=True)
+def follow_sheet(x: Floats, contacts: Contacts, held: Ints) -> None:
+    """Let each diaphragm particle walk to the nearest face of the sheet.
+
+    Parameters
+    ----------
+    held : (n_contacts,), index of the present face, updated
+    """
+    weight, normal = x[0].copy(), x[0].copy()
+    for i in range(contacts.point.shape[0]):
+        p = contacts.point[i]
+        best = face_distance(x, contacts.face[held[i]], p, weight, normal)
+        moved = True
+        while moved:
+            moved = False
+            for g in contacts.neighbour[held[i]]:
+                if g < 0:
+                    break
+                distance = face_distance(x, contacts.face[g], p, weight, normal)
+                if distance < best - 1e-12:
+                    best, held[i], moved = distance, g, True
+
+
+@njit(cache=True, nogil=True)
+def add_contacts(
+    x: Floats,
+    v: Floats,
+    contacts: Contacts,
+    constants: Constants,
+    held: Ints,
+    gap: Floats,
+    f: Floats,
+) -> None:
+    """Add the normal force between the apposed diaphragm and the rib cage, free of friction.
+
+    Parameters
+    ----------
+    held : (n_contacts,), face below each particle
+    gap : (n_contacts,), m, written
+    """
+    weight, normal = x[0].copy(), x[0].copy()
+    for i in range(contacts.point.shape[0]):
+        p = contacts.point[i]
+        face = contacts.face[held[i]]
+        gap[i] = face_gap(x, face, p, weight, normal)
+        depth = constants.contact_gap - gap[i]
+        if depth <= 0.0:
+            continue
+        closing = 0.0
+        for c in range(3):
+            speed = v[p, c]
+            for k in range(3):
+                speed -= weight[k] * v[face[k], c]
+            closing -= speed * normal[c]
+        push = constants.contact_stiffness * depth + constants.contact_damping * closing
+        if push <= 0.0:
+            continue
+        for c in range(3):
+            f[p, c] += push * normal[c]
+            for k in range(3):
+                f[face[k], c] -= weight[k] * push * normal[c]

@@ -1,0 +1,109 @@
+"""Tension of one muscle element: the spring law and the Hill law behind one call.
+
+A chain of elements in series shares the length and the speed of the whole fibre in its active
+factors, so that one stretched link cannot run away from its neighbours.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+HILL = 0
+SPRING = 1
+
+PASSIVE_SHAPE = 10.0
+"""Exponent of the passive curve per unit of strain (dilorenzo2009, ch. 4.2)."""
+
+
+@njit(cache=True, nogil=True)
+def force_length(ratio: float, width: float) -> float:
+    """Active force-length factor in [0, 1] (dilorenzo2009, Fig. 4.2a).
+
+    Parameters
+    ----------
+    ratio : fibre length over optimal length
+    width : half width of the parabola, 0.5 as printed
+    """
+    return max(0.0, 1.0 - ((ratio - 1.0) / width) ** 2)
+
+
+@njit(cache=True, nogil=True)
+def force_velocity(rate: float, curvature: float, eccentric: float) -> float:
+    """Force-velocity factor; 1 at rest (dilorenzo2009, Fig. 4.2b).
+
+    Parameters
+    ----------
+    rate : fibre speed over its maximum, positive while lengthening
+    curvature : a = b of Hill's hyperbola, 0.25 as printed
+    eccentric : force of a lengthening muscle over isometric; 0 means the printed law, which
+        uses the absolute speed and so weakens a stretched muscle as well
+    """
+    speed = abs(rate)
+    if rate > 0.0 and eccentric > 0.0:
+        # The same slope on both sides of rest keeps the law smooth and its damping positive.
+        half = (eccentric - 1.0) * curvature / (1.0 + curvature)
+        return 1.0 + (eccentric - 1.0) * speed / (speed + half)
+    return max(0.0, (curvature - curvature * speed) / (curvature + speed))
+
+
+@njit(cache=True, nogil=True)
+def active_factor(
+    ratio: float, rate: float, width: float, curvature: float, eccentric: float
+) -> float:
+    """Product of the force-length and force-velocity factors of a whole fibre."""
+    return force_length(ratio, width) * force_velocity(rate, curvature, eccentric)
+
+
+@njit(cache=True, nogil=True)
+def hill_tension(
+    activation: float,
+    factor: float,
+    ratio: float,
+    strain_rate: float,
+    f_max: float,
+    k_pe: float,
+    b_pe: float,
+) -> float:
+    """Tension of a Hill element, N, never negative (dilorenzo2009, ch. 4.2).
+
+    Parameters
+    ----------
+    activation : in [0, 1]
+    factor : `active_factor` of the fibre
+    ratio : element length over its optimal length
+    strain_rate : 1/s, positive while lengthening
+    f_max : maximal isometric force, N
+    k_pe : passive force at a strain of one half, N
+    b_pe : passive damping, N s
+    """
+    passive = k_pe * math.exp(PASSIVE_SHAPE * (ratio - 1.0) - 0.5 * PASSIVE_SHAPE)
+    passive += b_pe * strain_rate
+    return max(0.0, passive) + activation * factor * f_max
+
+
+@njit(cache=True, nogil=True)
+def spring_tension(
+    activation: float,
+    length: float,
+    rate: float,
+    rest_length: float,
+    contraction_ratio: float,
+    k_ac: float,
+    k_pe: float,
+    damping: float,
+) -> float:
+    """Tension of a spring element, N, never negative (dilorenzo2009, Eq. 4.2).
+
+    Parameters
+    ----------
+    activation : in [0, 1]
+    length, rest_length : m
+    rate : m/s, positive while lengthening
+    contraction_ratio : rest length that the active spring aims at, over `rest_length`
+    k_ac, k_pe : active and passive stiffness, N/m
+    damping : N s/m
+    """
+    active = activation * k_ac * (length - contraction_ratio * rest_length)
+    return max(0.0, active + k_pe * (length - rest_length) + damping * rate)
