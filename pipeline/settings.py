@@ -7,9 +7,24 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MarkerSettings:
-    """Reading and cleaning a recording."""
+    """Reading and cleaning a recording.
+
+    max_gap_s : longer gaps are not filled
+    min_seen : share of the time a marker must be seen to be used
+    max_rate_hz : faster recordings are reduced to at most this
+    low_rate_hz : slower ones get a warning of what they cannot resolve
+    cutoff_hz : of the zero-phase low-pass
+    assumed_rate_hz : of a text table that states neither times nor a rate
+    flicker_m : smallest jump between two positions that counts as ghosting
+    """
 
     max_gap_s: float
+    min_seen: float
+    max_rate_hz: float
+    low_rate_hz: float
+    cutoff_hz: float
+    assumed_rate_hz: float
+    flicker_m: float
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
