@@ -1,0 +1,193 @@
+"""A cheap stand-in for the torso: principal components of the markers' motion and a Gaussian process.
+
+Inputs are square roots of the levels: real breaths use small ones, and there the runs are dense.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize
+
+from sim.errors import InputError
+
+Floats = NDArray[np.float64]
+
+MAX_COMPONENTS = 10
+KEPT_RMS = 5e-6
+"""m; components are kept until what the others carry is below this."""
+LOG_LENGTH_PRIOR = (0.0, 1.0)
+LOG_LENGTH_RANGE = (-2.0, 2.5)
+LOG_NUGGET_START = -9.0
+LOG_NUGGET_RANGE = (-16.0, 0.0)
+MAX_ITERATIONS = 30
+MIN_RUNS = 20
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Emulator:
+    """Marker displacement as a function of the four levels.
+
+    Parameters
+    ----------
+    levels : (n_runs, 4), the runs it was made from
+    mean : (n_values,), m; basis : (n_components, n_values), orthonormal rows
+    lengths : (n_components, 4) and scale, nugget : (n_components,), of the Gaussian processes
+    trend : (n_components, n_trend), quadratic trend; weights : (n_components, n_runs)
+    inverse : (n_components, n_runs, n_runs), inverse covariance with the trend taken out;
+    estimator : (n_components, n_trend, n_runs), of the trend; spread : its covariance
+    leave_one_out : (n_runs,), m, r.m.s. error over all values of each run predicted without it
+    shape : (n_frames, n_markers) of one run
+    """
+
+    levels: Floats
+    mean: Floats
+    basis: Floats
+    lengths: Floats
+    scale: Floats
+    nugget: Floats
+    trend: Floats
+    weights: Floats
+    inverse: Floats
+    estimator: Floats
+    spread: Floats
+    leave_one_out: Floats
+    shape: tuple[int, int]
+
+
+def _inputs(levels: Floats) -> Floats:
+    return np.sqrt(np.clip(levels, 0.0, None))
+
+
+def _quadratic(x: Floats) -> Floats:
+    first, second = np.triu_indices(x.shape[1])
+    return np.column_stack([np.ones(len(x)), x, x[:, first] * x[:, second]])
+
+
+def _kernel(a: Floats, b: Floats, lengths: Floats) -> Floats:
+    scaled = (a / lengths)[:, None, :] - (b / lengths)[None, :, :]
+    return np.asarray(np.exp(-0.5 * np.sum(scaled**2, axis=-1)))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Algebra:
+    """Inverse covariance with the trend taken out, the trend's estimator, its spread."""
+
+    inverse: Floats
+    estimator: Floats
+    spread: Floats
+    log_det: float
+
+
+def _algebra(x: Floats, lengths: Floats, nugget: float) -> _Algebra:
+    trend = _quadratic(x)
+    covariance = _kernel(x, x, lengths)
+    covariance[np.diag_indices(len(x))] += nugget
+    factor = cho_factor(covariance, lower=True)
+    inverse = cho_solve(factor, np.eye(len(x)))
+    spread = np.linalg.inv(trend.T @ inverse @ trend)
+    estimator = spread @ trend.T @ inverse
+    log_det = 2 * np.sum(np.log(np.diag(factor[0]))) - np.linalg.slogdet(spread)[1]
+    return _Algebra(
+        inverse=inverse - inverse @ trend @ estimator,
+        estimator=estimator,
+        spread=spread,
+        log_det=float(log_det),
+    )
+
+
+def _fit_process(x: Floats, y: Floats) -> tuple[Floats, float]:
+    """Lengths (4,) and relative nugget that make the runs most likely."""
+    freedom = len(x) - _quadratic(x).shape[1]
+
+    def negative_log(parameters: Floats) -> float:
+        algebra = _algebra(x, np.exp(parameters[:-1]), float(np.exp(parameters[-1])))
+        variance = max(float(y @ algebra.inverse @ y) / freedom, 1e-30)
+        centre, width = LOG_LENGTH_PRIOR
+        prior = 0.5 * np.sum(((parameters[:-1] - centre) / width) ** 2)
+        return 0.5 * (freedom * np.log(variance) + algebra.log_det) + float(prior)
+
+    start = np.append(np.zeros(x.shape[1]), LOG_NUGGET_START)
+    bounds = [LOG_LENGTH_RANGE] * x.shape[1] + [LOG_NUGGET_RANGE]
+    options = {"maxiter": MAX_ITERATIONS}
+    found = minimize(negative_log, start, method="L-BFGS-B", bounds=bounds, options=options).x
+    return np.exp(found[:-1]), float(np.exp(found[-1]))
+
+
+def _components(values: Floats) -> tuple[Floats, Floats]:
+    mean = values.mean(axis=0)
+    _, singular, vectors = np.linalg.svd(values - mean, full_matrices=False)
+    left = np.sqrt(np.append(np.cumsum(singular[::-1] ** 2)[::-1], 0.0)[1:] / values.size)
+    needed = int(np.argmax(left < KEPT_RMS)) + 1
+    return mean, vectors[: min(needed, MAX_COMPONENTS)]
+
+
+def build_emulator(levels: Floats, displacement: Floats) -> Emulator:
+    """Make an emulator of runs that did not fail.
+
+    Parameters
+    ----------
+    levels : (n_runs, 4)
+    displacement : (n_runs, n_frames, n_markers, 3), m, each marker's mean removed
+    """
+    if len(levels) < MIN_RUNS:
+        raise InputError(
+            f"emulator: {len(levels)} runs that did not fail. At least {MIN_RUNS} are needed: raise "
+            "fit.n_initial or lower fit.upper_level."
+        )
+    values = displacement.reshape(len(levels), -1)
+    mean, basis = _components(values)
+    targets = (values - mean) @ basis.T
+    x = _inputs(levels)
+    freedom = len(x) - _quadratic(x).shape[1]
+    errors = np.sum((values - mean - targets @ basis) ** 2, axis=1)
+    parts: dict[str, list[Floats]] = {}
+    for y in targets.T:
+        lengths, nugget = _fit_process(x, y)
+        algebra = _algebra(x, lengths, nugget)
+        weights = algebra.inverse @ y
+        errors += (weights / np.diag(algebra.inverse)) ** 2
+        for name, value in {
+            "lengths": lengths,
+            "scale": np.array(float(y @ weights) / freedom),
+            "nugget": np.array(nugget),
+            "trend": algebra.estimator @ y,
+            "weights": weights,
+            "inverse": algebra.inverse,
+            "estimator": algebra.estimator,
+            "spread": algebra.spread,
+        }.items():
+            parts.setdefault(name, []).append(value)
+    return Emulator(
+        levels=levels,
+        mean=mean,
+        basis=basis,
+        leave_one_out=np.sqrt(errors / values.shape[1]),
+        shape=(displacement.shape[1], displacement.shape[2]),
+        **{name: np.stack(values) for name, values in parts.items()},
+    )
+
+
+def scores(emulator: Emulator, levels: Floats) -> tuple[Floats, Floats]:
+    """Component scores and their variance at (n, 4) levels: two (n, n_components) arrays, m, m2."""
+    x, runs = _inputs(levels), _inputs(emulator.levels)
+    trend = _quadratic(x)
+    mean = np.empty((len(x), len(emulator.basis)))
+    variance = np.empty_like(mean)
+    for k in range(len(emulator.basis)):
+        cross = _kernel(x, runs, emulator.lengths[k])
+        mean[:, k] = trend @ emulator.trend[k] + cross @ emulator.weights[k]
+        known = np.sum((cross @ emulator.inverse[k]) * cross, axis=1)
+        drift = trend @ emulator.spread[k] - 2 * cross @ emulator.estimator[k].T
+        free = 1 + emulator.nugget[k] - known + np.sum(drift * trend, axis=1)
+        variance[:, k] = emulator.scale[k] * np.clip(free, 0.0, None)
+    return mean, variance
+
+
+def predict(emulator: Emulator, levels: Floats) -> Floats:
+    """Displacement (n, n_frames, n_markers, 3), m, at (n, 4) levels."""
+    values = emulator.mean + scores(emulator, levels)[0] @ emulator.basis
+    return np.asarray(values).reshape(len(levels), *emulator.shape, 3)

@@ -1,0 +1,132 @@
+"""What a fit asks of a torso, and the real torso that answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+GROUPS = ("external_intercostals", "diaphragm", "internal_intercostals", "abdomen")
+
+
+class Surface(Protocol):
+    """Skin at rest: vertices (n, 3) m, faces (m, 3)."""
+
+    @property
+    def vertices(self) -> Floats: ...
+    @property
+    def faces(self) -> NDArray[np.int64]: ...
+
+
+class Runs(Protocol):
+    """One steady breath of each run, from its onset.
+
+    time (n_frames,) s; positions (n, n_frames, n_markers, 3) m; lung_volume (n, n_frames) m3;
+    failed (n,), where positions are NaN.
+    """
+
+    @property
+    def time(self) -> Floats: ...
+    @property
+    def positions(self) -> Floats: ...
+    @property
+    def lung_volume(self) -> Floats: ...
+    @property
+    def failed(self) -> NDArray[np.bool_]: ...
+
+
+class Simulator(Protocol):
+    """Runs of one torso with its markers at one timing, the same for any number of workers."""
+
+    def run(self, levels: Floats) -> Runs:
+        """Run (n, 4) maximum levels in the order of `GROUPS`."""
+        ...
+
+
+class BreathModel(Protocol):
+    """A torso of one subject that can be resized, looked at and run."""
+
+    def surface(self, fit_scale: tuple[float, float, float], posture: str) -> Surface:
+        """Skin at rest of the torso of this size."""
+        ...
+
+    def landmarks(self, fit_scale: tuple[float, float, float], posture: str) -> dict[str, Floats]:
+        """Named points at rest, (3,) m each."""
+        ...
+
+    def simulator(
+        self,
+        fit_scale: tuple[float, float, float],
+        posture: str,
+        points: Floats,
+        *,
+        inspiration_time: float,
+        expiration_time: float,
+        pause_time: float,
+        rate: float,
+    ) -> Simulator:
+        """Bind points (n, 3) m to the skin and make ready to run; times in s, rate in Hz."""
+        ...
+
+
+@dataclass(kw_only=True, slots=True)
+class TorsoModel:
+    """`BreathModel` of the real torso.
+
+    Parameters
+    ----------
+    subject : `sim.model.torso.Subject`
+    workers : processes or threads for a batch of runs; never changes a number
+    """
+
+    subject: Any
+    workers: int
+    _built: tuple[tuple[float, float, float], Any] | None = None
+
+    def _torso(self, fit_scale: tuple[float, float, float]) -> Any:
+        from sim.model.torso import build_torso
+
+        if self._built is None or self._built[0] != fit_scale:
+            self._built = (fit_scale, build_torso(self.subject, fit_scale=fit_scale))
+        return self._built[1]
+
+    def surface(self, fit_scale: tuple[float, float, float], posture: str) -> Surface:
+        """Skin at rest of the torso of this size."""
+        surface: Surface = self._torso(fit_scale).surface(posture)
+        return surface
+
+    def landmarks(self, fit_scale: tuple[float, float, float], posture: str) -> dict[str, Floats]:
+        """Named points at rest, (3,) m each."""
+        landmarks: dict[str, Floats] = self._torso(fit_scale).landmarks(posture)
+        return landmarks
+
+    def simulator(
+        self,
+        fit_scale: tuple[float, float, float],
+        posture: str,
+        points: Floats,
+        *,
+        inspiration_time: float,
+        expiration_time: float,
+        pause_time: float,
+        rate: float,
+    ) -> Simulator:
+        """Bind points (n, 3) m to the skin and make ready to run; times in s, rate in Hz."""
+        from sim.breaths import BreathSimulator
+
+        torso = self._torso(fit_scale)
+        simulator: Simulator = BreathSimulator(
+            torso=torso,
+            posture=posture,
+            attachments=torso.bind(points, posture),
+            inspiration_time=inspiration_time,
+            expiration_time=expiration_time,
+            pause_time=pause_time,
+            rate=rate,
+            workers=self.workers,
+        )
+        return simulator
