@@ -29,9 +29,33 @@ class MarkerSettings:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SignatureSettings:
-    """Finding breaths and averaging them."""
+    """Finding breaths and averaging them.
+
+    n_phase : samples of the mean cycle
+    search_hz : low-pass of the signal in the first search for turning points
+    hysteresis : share of the local breath size that a turn must come back to count
+    local_s : s on either side over which breath size is taken
+    min_duration_s : shorter recordings hold no readable breath
+    min_amplitude_m : smallest median breath, root mean square over the markers
+    max_travel_m, max_tilt_rad : of the trunk; beyond, no breath can be told from the motion
+    few_cycles : up to so many whole cycles, none is left out as unusual
+    sigh_ratio : larger than so many times the median breath is a sigh
+    outlier_ratio : smaller or shorter than the median by this ratio, or longer, is left out
+    drift_share : a cycle that ends this share of its size away from its start is left out
+    """
 
     n_phase: int
+    search_hz: float
+    hysteresis: float
+    local_s: float
+    min_duration_s: float
+    min_amplitude_m: float
+    max_travel_m: float
+    max_tilt_rad: float
+    few_cycles: int
+    sigh_ratio: float
+    outlier_ratio: float
+    drift_share: float
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
