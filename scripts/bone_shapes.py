@@ -9,6 +9,7 @@ from scipy.sparse.csgraph import dijkstra
 from stl_bones import SPINE_LEVELS, Floats, Ints, Mesh
 
 MIRROR = np.array([1.0, -1.0, 1.0])
+MIDLINE = np.array([1.0, 0.0, 1.0])
 
 
 def subdivided(mesh: Mesh) -> Mesh:
@@ -31,29 +32,47 @@ def surface_share(mesh: Mesh) -> Floats:
     length = np.linalg.norm(np.diff(mesh.vertices[edges], axis=1)[:, 0], axis=1)
     size = len(mesh.vertices)
     graph = coo_array((length, (edges[:, 0], edges[:, 1])), shape=(size, size)).tocsr()
-    far = int(np.argmax(dijkstra(graph, directed=False, indices=0)))
-    first = dijkstra(graph, directed=False, indices=far)
-    second = dijkstra(graph, directed=False, indices=int(np.argmax(first)))
+
+    def reach(start: int) -> Floats:
+        return np.asarray(dijkstra(graph, directed=False, indices=np.array([start]))[0])
+
+    far = int(np.argmax(reach(0)))
+    first = reach(far)
+    opposite = int(np.argmax(first))
+    second = reach(opposite)
     share = first / (first + second)
-    head_last = abs(mesh.vertices[far, 1]) > abs(mesh.vertices[int(np.argmax(first)), 1])
+    head_last = abs(mesh.vertices[far, 1]) > abs(mesh.vertices[opposite, 1])
     return np.asarray(1.0 - share if head_last else share)
+
+
+def section(mesh: Mesh, value: Floats, level: float) -> Floats:
+    """Return the segments (n, 2, 3) on the mesh where `value` (vertices,) equals `level`."""
+    above = value[mesh.faces] > level
+    cut = mesh.faces[above.any(axis=1) & ~above.all(axis=1)]
+    crossings = []
+    for first, second in ((0, 1), (1, 2), (2, 0)):
+        low, high = value[cut[:, first]], value[cut[:, second]]
+        crosses = (low > level) != (high > level)
+        part = np.where(crosses, (level - low) / np.where(crosses, high - low, 1.0), np.nan)
+        start, stop = mesh.vertices[cut[:, first]], mesh.vertices[cut[:, second]]
+        crossings.append(start + part[:, None] * (stop - start))
+    three = np.stack(crossings, axis=1)
+    return np.asarray(three[~np.isnan(three[:, :, 0])].reshape(-1, 2, 3))
 
 
 def section_centre(mesh: Mesh, value: Floats, level: float) -> Floats:
     """Return the centroid (3,) of the outline where `value` on the vertices equals `level`."""
-    above = value[mesh.faces] > level
-    cut = mesh.faces[above.any(axis=1) & ~above.all(axis=1)]
-    ends = []
-    for first, second in ((0, 1), (1, 2), (2, 0)):
-        low, high = value[cut[:, first]], value[cut[:, second]]
-        crossing = (low > level) != (high > level)
-        part = np.where(crossing, (level - low) / np.where(crossing, high - low, 1.0), np.nan)
-        start, stop = mesh.vertices[cut[:, first]], mesh.vertices[cut[:, second]]
-        ends.append(start + part[:, None] * (stop - start))
-    three = np.stack(ends, axis=1)
-    two = three[~np.isnan(three[:, :, 0])].reshape(-1, 2, 3)
-    weight = np.linalg.norm(two[:, 1] - two[:, 0], axis=1)
-    return np.asarray(np.average(two.mean(axis=1), axis=0, weights=weight))
+    pairs = section(mesh, value, level)
+    weight = np.linalg.norm(pairs[:, 1] - pairs[:, 0], axis=1)
+    return np.asarray(np.average(pairs.mean(axis=1), axis=0, weights=weight))
+
+
+def midline(mesh: Mesh) -> Floats:
+    """Return points (n, 3), 41 a segment, of the cut of a mesh with the midsagittal plane."""
+    pairs = section(mesh, mesh.vertices[:, 1], 0.0)
+    part = np.linspace(0.0, 1.0, 41)[None, :, None]
+    points = pairs[:, :1] + part * (pairs[:, 1:] - pairs[:, :1])
+    return np.asarray(points.reshape(-1, 3))
 
 
 def equally_spaced(points: Floats, count: int) -> Floats:
@@ -87,32 +106,6 @@ def extended(start: Floats, direction: Floats, ends: Floats) -> Floats:
     return np.asarray(start + max(0.0, float(((ends - start) @ unit).mean())) * unit)
 
 
-def midline(mesh: Mesh) -> Floats:
-    """Return points (n, 3) of the cut of a mesh with the midsagittal plane."""
-    return cut_points(mesh, 1e-7)
-
-
-def cut_points(mesh: Mesh, y: float) -> Floats:
-    """Return points (n, 3), every 0.5 mm or closer, of the cut with the plane Y = `y`."""
-    value = mesh.vertices[:, 1] - y
-    pairs = np.sort(mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    found = []
-    for face in range(len(mesh.faces)):
-        edges = pairs[3 * face : 3 * face + 3]
-        low, high = value[edges[:, 0]], value[edges[:, 1]]
-        cross = (low > 0) != (high > 0)
-        if not cross.any():
-            continue
-        part = (low / (low - np.where(cross, high, low - 1.0)))[:, None]
-        ends = mesh.vertices[edges[:, 0]] + part * (
-            mesh.vertices[edges[:, 1]] - mesh.vertices[edges[:, 0]]
-        )
-        start, stop = ends[cross]
-        steps = 2 + int(np.linalg.norm(stop - start) / 0.0005)
-        found.append(start + np.linspace(0.0, 1.0, steps)[:, None] * (stop - start))
-    return np.concatenate(found)
-
-
 def disc_faces(disc: Mesh) -> tuple[Floats, Floats]:
     """Return the centres (3,) of the upper and lower face of an intervertebral disc."""
     centre = disc.vertices.mean(axis=0)
@@ -123,7 +116,7 @@ def disc_faces(disc: Mesh) -> tuple[Floats, Floats]:
         0.5 * (half.min(axis=0) + half.max(axis=0))
         for half in (disc.vertices[upper], disc.vertices[~upper])
     ]
-    flat = [point * np.array([1.0, 0.0, 1.0]) for point in middles]
+    flat = [point * MIDLINE for point in middles]
     return flat[0], flat[1]
 
 

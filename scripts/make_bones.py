@@ -7,6 +7,7 @@ Run `pip download --no-deps myo-sim==0.2.4 -d FOLDER` and then
 from __future__ import annotations
 
 import argparse
+import csv
 import hashlib
 import json
 from pathlib import Path
@@ -14,8 +15,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 from bone_shapes import (
+    MIDLINE,
     MIRROR,
     centreline,
+    disc_faces,
     equally_spaced,
     nearest,
     spine_points,
@@ -28,72 +31,51 @@ from stl_bones import SPINE_LEVELS, Floats, Mesh, chest_bones, read_stl, spine_b
 VERSION = "0.2.4"
 RIB_POINTS = 32
 OUTLINE_POINTS = 12
-RIM_POINTS = 40
 ROUNDING = 1e-4  # m, of the stored mesh vertices
-# Read off the sternum mesh by eye, +-5 mm: left ends of cartilages 1-7, body axes, m.
-STERNAL_ENDS = np.array(
-    [
-        [0.031, 0.020, 0.366],
-        [0.050, 0.020, 0.331],
-        [0.062, 0.020, 0.306],
-        [0.070, 0.020, 0.284],
-        [0.077, 0.020, 0.263],
-        [0.082, 0.020, 0.247],
-        [0.085, 0.020, 0.229],
-    ]
-)
-# Picked on the left pelvis mesh, in its own frame (origin midway between the hips' front spines).
-PELVIS_PICKS = {
-    "PSIS": [-0.138, 0.041, 0.017],
-    "crest_back": [-0.105, 0.055, 0.072],
-    "crest_inner": [-0.093, 0.066, 0.080],
-    "crest_top": [-0.076, 0.076, 0.081],
-    "crest_top_outer": [-0.074, 0.095, 0.073],
-    "crest_outer": [-0.052, 0.114, 0.066],
-    "crest_middle": [-0.050, 0.128, 0.045],
-    "crest_side": [-0.023, 0.132, 0.036],
-    "crest_front": [-0.004, 0.129, 0.011],
-    "ASIS": [0.000, 0.121, 0.000],
-    "pubic_tubercle": [0.000, 0.027, -0.080],
-    "pubis": [-0.003, 0.007, -0.077],
-}
-RIM_ORDER = (
-    "crest_back",
-    "crest_inner",
-    "crest_top",
-    "crest_top_outer",
-    "crest_outer",
-    "crest_middle",
-    "crest_side",
-    "crest_front",
-    "ASIS",
-    "pubic_tubercle",
-    "pubis",
-)
-# Front lip and back edge of the sacral endplate on the midline of the sacrum mesh, its own frame.
-ENDPLATE_PICKS = np.array([[-0.064, 0.0, 0.0356], [-0.0994, 0.0, 0.0599]])
+PICKS = Path(__file__).with_name("bone_picks.csv")
+RIM_CREST_POINTS = 14  # back midline to ASIS, both included
+RIM_GROIN_POINTS = 8  # ASIS to pubis, both included
 
 
-def pelvis_shift(lowest_disc: Floats) -> Floats:
-    """Return the shift (3,) m that puts the sacral endplate under the lowest disc's face."""
-    return np.asarray((lowest_disc - ENDPLATE_PICKS.mean(axis=0)) * np.array([1.0, 0.0, 1.0]))
+def read_picks() -> tuple[dict[str, Floats], tuple[str, ...]]:
+    """Return the points picked by hand, (n, 3) m a group, and the names of the landmarks."""
+    with PICKS.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    groups: dict[str, list[list[float]]] = {}
+    for row in rows:
+        groups.setdefault(row["group"], []).append([float(row[f"{axis}_m"]) for axis in "xyz"])
+    names = tuple(row["point"] for row in rows if row["group"] == "landmark")
+    return {group: np.array(points) for group, points in groups.items()}, names
 
 
-def pelvis_points(left: Mesh, shift: Floats, back: Floats) -> dict[str, Floats]:
-    """Return the landmarks and the rim loop of the pelvis."""
-    picks = np.array(list(PELVIS_PICKS.values())) + shift
-    found = dict(zip(PELVIS_PICKS, left.vertices[nearest(left, picks)], strict=True))
-    pubis = found["pubis"] * np.array([1.0, 0.0, 1.0])
-    half = np.array([back, *(found[name] for name in RIM_ORDER), pubis])
-    half = equally_spaced(half, RIM_POINTS // 2 + 1)
-    names, points = [], []
-    for name in ("ASIS", "PSIS", "crest_top", "crest_side", "pubic_tubercle"):
-        names += [f"{name}_L", f"{name}_R"]
-        points += [found[name], found[name] * MIRROR]
+def pelvis_shift(disc_face: Floats, endplate: Floats) -> Floats:
+    """Return the shift (3,) m that puts the sacral endplate (2, 3) under the lowest disc's face."""
+    return np.asarray((disc_face - endplate.mean(axis=0)) * MIDLINE)
+
+
+def pelvis_points(left: Mesh, back: Floats, shift: Floats) -> dict[str, Floats]:
+    """Return the rim (40, 3) of the pelvis and its landmarks; both follow from the left side.
+
+    `back` (3,) is where the rim crosses the back midline.
+    """
+    picks, names = read_picks()
+    snapped = {
+        group: left.vertices[nearest(left, picks[group] + shift)]
+        for group in ("crest", "pubis", "landmark")
+    }
+    crest, pubis = snapped["crest"], snapped["pubis"]
+    middle = pubis[-1] * MIDLINE
+    half = np.concatenate(
+        [
+            equally_spaced(np.array([back, *crest]), RIM_CREST_POINTS),
+            equally_spaced(np.array([crest[-1], *pubis, middle]), RIM_GROIN_POINTS)[1:],
+        ]
+    )
+    pairs = np.stack([snapped["landmark"], snapped["landmark"] * MIRROR], axis=1).reshape(-1, 3)
     return {
         "rim": np.concatenate([half, (half * MIRROR)[-2:0:-1]]),
-        "landmark_name": np.array([*names, "pubis"]),
-        "landmarks": np.array([*points, pubis]),
+        "landmark_name": np.array([*(f"{n}_{side}" for n in names for side in "LR"), "pubis"]),
+        "landmarks": np.array([*pairs, middle]),
     }
 
 
@@ -117,22 +99,22 @@ def girdle_points(bones: dict[str, Mesh]) -> dict[str, Floats]:
 
 def assemble(wheel: Path) -> tuple[dict[str, Mesh], dict[str, npt.NDArray[np.generic]]]:
     """Return all bones in one frame, and the derived arrays by key."""
+    picks, _ = read_picks()
     bones = chest_bones(wheel)
     vertebrae, discs = spine_bones(wheel)
     bones |= vertebrae
     bones |= {"skull": read_stl(wheel, "hat_skull"), "jaw": read_stl(wheel, "hat_jaw")}
     lowest = discs["L5"]
-    bones["sacrum"] = read_stl(wheel, "sacrum")
+    shift = pelvis_shift(disc_faces(lowest)[1], picks["sacral_endplate"])
+    for bone, name in (("sacrum", "sacrum"), ("pelvis_L", "l_pelvis"), ("pelvis_R", "r_pelvis")):
+        bones[bone] = read_stl(wheel, name).moved(shift)
     spine = spine_points(bones, discs)
-    shift = pelvis_shift(spine["top"][-1])
-    bones["sacrum"] = bones["sacrum"].moved(shift)
-    for side, name in (("L", "l_pelvis"), ("R", "r_pelvis")):
-        bones[f"pelvis_{side}"] = read_stl(wheel, name).moved(shift)
-    spine = spine_points(bones, discs)
-    arrays = {f"spine/{key}": value for key, value in spine.items()}
+    arrays: dict[str, npt.NDArray[np.generic]] = {
+        f"spine/{key}": value for key, value in spine.items()
+    }
     arrays["spine/name"] = np.array([*SPINE_LEVELS, "S1"])
     back = np.array([spine["process"][-2, 0], 0.0, lowest.vertices[:, 2].mean()])
-    points = pelvis_points(bones["pelvis_L"], shift, back)
+    points = pelvis_points(bones["pelvis_L"], back, shift)
     arrays |= {f"pelvis/{key}": value for key, value in points.items()}
     arrays["pelvis/shift"] = shift
     ribs = [
@@ -144,7 +126,7 @@ def assemble(wheel: Path) -> tuple[dict[str, Mesh], dict[str, npt.NDArray[np.gen
     arrays["ribs/centreline"] = np.array([pair[side] for side in (0, 1) for pair in ribs])
     arrays["ribs/name"] = np.array([f"{side}{n}" for side in "LR" for n in range(1, 13)])
     arrays["sternum/outline"] = sternum_outline(bones["sternum"], OUTLINE_POINTS)
-    arrays["sternum/rib_facets"] = STERNAL_ENDS
+    arrays["sternum/rib_facets"] = picks["sternal_end"]
     arrays |= girdle_points(bones)
     return bones, arrays
 
