@@ -11,3 +11,8 @@ from pipeline import places
 
 
 include: str(places.workflow())
+
+
+rule all:
+    input:
+        plan.everything,

@@ -93,9 +93,7 @@ def section(name: str, values: Mapping[str, Any], source: str) -> Any:
         raise InputError(f"{source}: {name}: must hold 'key: value' lines, not {values!r}.")
     for key in values:
         if key not in hints:
-            raise InputError(
-                f"{source}: {name}.{key}: is not a setting.{nearest(str(key), hints)}"
-            )
+            raise InputError(f"{source}: {name}.{key}: is not a setting.{nearest(str(key), hints)}")
     built = {}
     for field in dataclasses.fields(kind):
         if field.name not in values:

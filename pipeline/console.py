@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipeline.status import first_problem
+from pipeline.status import RECORDS, first_problem
 
 # What Snakemake adds after an error it has already told.
 ECHOES = ("Exiting because a job", "At least one job", "RuleException", "CalledProcessError")
@@ -21,19 +21,30 @@ def say(line: str) -> None:
 
 
 class OneLiners(logging.Handler):
-    """Turns Snakemake's errors into one line each; everything else stays in its own log."""
+    """Turns Snakemake's errors into one line each; everything else stays in its own log.
+
+    `worked` tells whether jobs ran, or none had to.
+    """
+
+    worked = False
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print the record if it is an error that was not told yet."""
         text = record.getMessage()
+        event = str(getattr(record, "event", ""))
+        if event == "job_started":
+            self.worked = True
         if text.startswith("Nothing to be done"):
+            self.worked = True
             say("Nothing to be done: everything asked for is up to date.")
         if record.levelno < logging.ERROR:
             return
-        if str(getattr(record, "event", "")) == "job_error":
+        if event == "job_error":
             logs = ", ".join(str(log) for log in getattr(record, "log", None) or [])
             rule = getattr(record, "rule_name", "a stage")
-            say(f"{rule}: was stopped before it finished; run again. See {logs or '.snakemake/log'}.")
+            say(
+                f"{rule}: was stopped before it finished; run again. See {logs or '.snakemake/log'}."
+            )
         elif "cannot be locked" in text:
             say(
                 "This folder is locked: another run is going on, or one was killed. If none is:"
@@ -55,15 +66,14 @@ def verdict(names: Sequence[str], problems: Sequence[str], results: Path) -> lis
     lines = list(problems)
     for name in names:
         folder = results / name
-        if not folder.is_dir():
-            continue
-        record = first_problem(folder)
+        ran = [stage for stage in RECORDS if (folder / f"{stage}.json").exists()]
+        record = first_problem(folder, ran)
         if record is not None:
             lines.append(f"{name}: {record['reason']}")
     return lines
 
 
-def conclude(names: Sequence[str], problems: Sequence[str], results: Path) -> None:
+def conclude(told: OneLiners, names: Sequence[str], problems: Sequence[str], results: Path) -> None:
     """Tell at the end of the process what could not be used, and then end with exit code 1.
 
     Snakemake counts a row's status record as a success, and runs no rule when all is up to date,
@@ -71,7 +81,7 @@ def conclude(names: Sequence[str], problems: Sequence[str], results: Path) -> No
     """
 
     def at_exit() -> None:
-        lines = verdict(names, problems, results)
+        lines = verdict(names, problems, results) if told.worked else []
         for line in lines:
             say(f"Not used: {line}")
         if lines:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -51,9 +51,9 @@ def read_status(folder: Path, stage: str) -> dict[str, Any]:
     return record
 
 
-def first_problem(folder: Path) -> dict[str, Any] | None:
+def first_problem(folder: Path, stages: Sequence[str] = RECORDS) -> dict[str, Any] | None:
     """Return the first record of a recording that is not ok, or None."""
-    for stage in RECORDS:
+    for stage in stages:
         record = read_status(folder, stage)
         if record["status"] != OK:
             return record

@@ -14,8 +14,8 @@ from pipeline.job import make_job
 from pipeline.study import Entry, Study, read_study
 from sim.errors import InputError
 
-RESULTS = Path("results")
-PAGES = ("reports/error_table.html", "reports/error_table.csv", "reports/group.html")
+RESULTS, REPORTS = Path("results"), Path("reports")
+PAGES = tuple(f"{REPORTS}/{page}" for page in ("error_table.html", "error_table.csv", "group.html"))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -37,9 +37,14 @@ class Plan:
         return [str(entry.file), *([str(entry.markers)] if entry.markers else [])]
 
     @property
-    def rows(self) -> str:
-        """What the pages of the whole study depend on besides the records."""
-        return "; ".join(f"{e.name}: {e.problem}" for e in self.study.entries if not e.reportable)
+    def everything(self) -> list[str]:
+        """Every page of the study."""
+        return [*(f"{REPORTS}/{name}.html" for name in self.study.names), *PAGES]
+
+    @property
+    def lost(self) -> list[str]:
+        """Problems of the rows that no report can be written for."""
+        return [entry.problem for entry in self.study.entries if not entry.reportable]
 
     def asked(self, targets: Collection[str]) -> tuple[list[str], list[str]]:
         """Return the recordings that `targets` need, and the problems of rows without a report.
@@ -48,11 +53,10 @@ class Plan:
         ----------
         targets : as typed; none, a rule or a page of the study needs every row
         """
-        names = [n for n in self.study.names if f"reports/{n}.html" in map(_normal, targets)]
+        names = [n for n in self.study.names if f"{REPORTS}/{n}.html" in map(_normal, targets)]
         if len(names) == len(set(targets)) and targets:
             return names, []
-        lost = [e.problem for e in self.study.entries if not e.reportable]
-        return list(self.study.names), lost
+        return list(self.study.names), self.lost
 
 
 def _normal(target: str) -> str:
@@ -81,7 +85,7 @@ def check_targets(targets: Collection[str], rules: Collection[str], study: Study
     rules : names of rules, which are targets too
     study : the rows that there are
     """
-    reports = [f"reports/{name}.html" for name in study.names]
+    reports = [f"{REPORTS}/{name}.html" for name in study.names]
     for target in map(_normal, targets):
         if target in (*reports, *PAGES, *rules) or target.startswith(("results/", "logs/")):
             continue
@@ -94,7 +98,8 @@ def check_targets(targets: Collection[str], rules: Collection[str], study: Study
 
 def _unreportable(target: str, study: Study) -> Entry | None:
     return next(
-        (e for e in study.entries if not e.reportable and target == f"reports/{e.name}.html"), None
+        (e for e in study.entries if not e.reportable and target == f"{REPORTS}/{e.name}.html"),
+        None,
     )
 
 

@@ -1,11 +1,4 @@
-# The whole study: every recording's report and the pages over all of them.
-rule all:
-    input:
-        expand("reports/{name}.html", name=plan.study.names),
-        plans.PAGES,
-    default_target: True
-
-
+# Pages over all recordings of the study.
 rule error_table:
     input:
         expand("results/{name}/posterior.json", name=plan.study.names),
@@ -16,10 +9,10 @@ rule error_table:
         "logs/error_table.log",
     params:
         names=plan.study.names,
-        rows=plan.rows,
+        problems="\n".join(plan.lost),
         version=places.version(),
     shell:
-        "pleura tabulate {params.names:q} --problems {params.rows:q} 2> {log:q}"
+        "pleura tabulate {params.names:q} --problems {params.problems:q} 2> {log:q}"
 
 
 rule group:
@@ -31,7 +24,7 @@ rule group:
         "logs/group.log",
     params:
         names=plan.study.names,
-        rows=plan.rows,
+        problems="\n".join(plan.lost),
         version=places.version(),
     shell:
-        "pleura group {params.names:q} --problems {params.rows:q} 2> {log:q}"
+        "pleura group {params.names:q} --problems {params.problems:q} 2> {log:q}"

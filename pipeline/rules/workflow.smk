@@ -1,14 +1,20 @@
 # Included by the Snakefile of the repository and of every study made by `pleura new`.
+import re
+import sys
 from pathlib import Path
 
+from snakemake.cli import get_argument_parser
 from snakemake.logging import logger
 
 from pipeline import console, places
 from pipeline import workflow as plans
 from sim.errors import TorsoError
 
-here = Path.cwd()
-first = workflow.is_main_process
+# Snakemake itself reads the targets only after this file.
+asked = get_argument_parser().parse_known_args(sys.argv[1:])[0]
+told = console.OneLiners()
+if workflow.is_main_process and not asked.dryrun:
+    logger.addHandler(told)
 
 try:
     plans.check_installed()
@@ -26,16 +32,14 @@ include: "recording.smk"
 include: "study.smk"
 
 
-if first:
-    targets = workflow.dag_settings.targets
+if workflow.is_main_process:
     try:
-        plans.check_targets(targets, [rule.name for rule in workflow.rules], plan.study)
+        plans.check_targets(asked.targets, [rule.name for rule in workflow.rules], plan.study)
     except TorsoError as error:
         console.say(str(error))
         sys.exit(1)
-    notice = places.difference(here, places.PACKAGE.parent)
+    notice = places.difference(Path.cwd(), places.PACKAGE.parent)
     if notice:
         console.say(notice)
-    logger.addHandler(console.OneLiners())
-    if not workflow.dryrun:
-        console.conclude(*plan.asked(targets), plans.RESULTS)
+    if not asked.dryrun:
+        console.conclude(told, *plan.asked(asked.targets), plans.RESULTS)

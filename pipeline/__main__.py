@@ -1,0 +1,164 @@
+"""`pleura`: one subcommand a stage; each parses, calls one function and writes."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipeline import configuration, places
+from sim.errors import TorsoError
+
+STAGE_HELP = {
+    "markers": "read and clean a recording",
+    "signature": "find breaths and average them",
+    "fit": "fit the torso's activations to the breath",
+    "posterior": "give the activations intervals",
+    "report": "write the report of a recording",
+}
+PAGE_HELP = {
+    "tabulate": "write reports/error_table.csv and .html",
+    "group": "write reports/group.html",
+}
+
+
+def _add_study(parser: argparse.ArgumentParser) -> None:
+    for table in configuration.TABLES:
+        parser.add_argument(f"--{table}", metavar="TABLE", help=f"instead of config/{table}.tsv")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="pleura", description="From a recorded breath to a fitted, breathing torso."
+    )
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for stage, text in STAGE_HELP.items():
+        sub = commands.add_parser(stage, help=text, description=f"{text.capitalize()}.")
+        sub.add_argument("name", help="a row of the table of recordings")
+        sub.add_argument("--job", metavar="JSON", help="given by the workflow; else read here")
+        sub.add_argument("--processes", type=int, default=os.cpu_count() or 1, metavar="N")
+        sub.add_argument(
+            "--keep-going",
+            action="store_true",
+            help="exit 0 when the recording cannot be used: its record tells",
+        )
+        _add_study(sub)
+    for page, text in PAGE_HELP.items():
+        sub = commands.add_parser(page, help=text, description=f"{text.capitalize()}.")
+        sub.add_argument("names", nargs="*", help="recordings; none: every row of the study")
+        sub.add_argument("--problems", help="rows without a report; else read from the tables")
+        _add_study(sub)
+    check = commands.add_parser("check", help="check tables and files before any run")
+    _add_study(check)
+    new = commands.add_parser("new", help="make the folder of a study")
+    new.add_argument("study", type=Path, help="a folder that does not exist yet")
+    commands.add_parser("simulate", help="let the torso breathe by itself", add_help=False)
+    commands.add_parser("version", help="print the version")
+    return parser
+
+
+def _overrides(options: argparse.Namespace) -> dict[str, str]:
+    given = {table: getattr(options, table) for table in configuration.TABLES}
+    return {table: path for table, path in given.items() if path is not None}
+
+
+def _stage(options: argparse.Namespace) -> int:
+    from pipeline.job import make_job, read_job
+    from pipeline.run import run_stage
+    from pipeline.stages import STAGES
+    from pipeline.workflow import RESULTS, read_plan
+
+    if options.job is None:
+        plan = read_plan(_overrides(options))
+        job = make_job(plan.study.entry(options.name), options.command, plan.config)
+    else:
+        job = read_job(options.job)
+    try:
+        line = run_stage(STAGES[job.stage], job, RESULTS / job.name, options.processes)
+    except TorsoError as error:
+        if not options.keep_going:
+            raise
+        line = f"{job.name}: {job.stage}: not used: {error}"
+    if line:
+        print(line, flush=True)
+    return 0
+
+
+def _report(options: argparse.Namespace) -> int:
+    from pipeline.report import write_report
+    from pipeline.workflow import REPORTS, RESULTS, read_plan
+
+    if options.job is None:
+        read_plan(_overrides(options)).study.entry(options.name)
+    path = write_report(RESULTS / options.name, REPORTS / f"{options.name}.html")
+    print(f"{options.name}: report: {path}", flush=True)
+    return 0
+
+
+def _page(options: argparse.Namespace) -> int:
+    from pipeline.tabulate import write_error_table, write_group
+    from pipeline.workflow import REPORTS, RESULTS, read_plan
+
+    names, problems = options.names, options.problems
+    if not names or problems is None:
+        plan = read_plan(_overrides(options))
+        names, problems = plan.study.names, plan.lost
+    else:
+        problems = [line for line in problems.split("\n") if line]
+    write = write_error_table if options.command == "tabulate" else write_group
+    for path in write(RESULTS, names, problems, REPORTS):
+        print(f"study: {path}", flush=True)
+    return 0
+
+
+def _check(options: argparse.Namespace) -> int:
+    from pipeline.workflow import read_plan
+
+    study = read_plan(_overrides(options)).study
+    bad = [entry for entry in study.entries if entry.problem]
+    for entry in bad:
+        print(entry.problem, file=sys.stderr)
+    print(f"{len(study.entries) - len(bad)} of {len(study.entries)} recordings can be used.")
+    return 1 if bad else 0
+
+
+def _new(options: argparse.Namespace) -> int:
+    from pipeline.new_study import create
+
+    create(options.study)
+    print(f"{options.study}: fill in config/recordings.tsv and config/subjects.tsv, then there:")
+    print("  pleura check && snakemake")
+    return 0
+
+
+def _version(options: argparse.Namespace) -> int:
+    code = places.fingerprint(places.PACKAGE.parent)
+    print(f"pleura {places.version()} (code {code}, in {places.PACKAGE.parent})")
+    return 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a subcommand; an error a user can act on is one line and exit code 1."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        if words[:1] == ["simulate"]:
+            from sim.cli import main as simulate
+
+            return int(simulate(words[1:]))
+        options = _parser().parse_args(words)
+        actions = {"check": _check, "new": _new, "version": _version, "report": _report}
+        actions |= dict.fromkeys(PAGE_HELP, _page)
+        return actions.get(options.command, _stage)(options)
+    except TorsoError as error:
+        print(f"pleura: {error}", file=sys.stderr)
+        return 1
+    except BrokenPipeError:
+        # The reader of a pipe (head, say) left early; that is no error of ours.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,180 @@
+"""One offline HTML page a recording, put together from what the stages left."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from pipeline import page, status
+from pipeline.records import write_text
+from pipeline.summary import summarise
+
+Pairs = list[tuple[str, Any]]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Part:
+    """A section: its title here, its content in templates/sections/ID.html."""
+
+    id: str
+    title: str
+
+
+PARTS = (
+    Part(id="input", title="Quality of the recording"),
+    Part(id="cycles", title="Breaths"),
+    Part(id="signature", title="Breath signature"),
+    Part(id="comparison", title="Simulated and measured"),
+    Part(id="errors_table", title="Errors of the fit"),
+    Part(id="activations", title="Muscle activations"),
+    Part(id="lung", title="Lung volume"),
+    Part(id="ribs", title="Rotation of the ribs"),
+    Part(id="search", title="Course of the fit"),
+    Part(id="settings", title="Settings and versions"),
+    Part(id="methods", title="Methods"),
+    Part(id="errors", title="Errors"),
+)
+FIGURES = (
+    "input",
+    "cycles",
+    "signature",
+    "sagittal",
+    "markers_time",
+    "trace",
+    "volume",
+    "ribs",
+    "posterior",
+)
+LIBRARIES = ("numpy", "scipy", "numba", "mujoco", "nlopt", "emcee", "arviz", "ezc3d", "snakemake")
+UNITS = (
+    ("_mm_s", " (mm/s)"),
+    ("_mm", " (mm)"),
+    ("_s", " (s)"),
+    ("_hz", " (Hz)"),
+    ("_m", " (m)"),
+)
+
+
+def heading(key: str) -> str:
+    """Return a column's key as a heading: `error_p_mm` → `error p (mm)`."""
+    for suffix, unit in UNITS:
+        if key.endswith(suffix):
+            return page.words(key.removesuffix(suffix)) + unit
+    return page.words(key)
+
+
+def columns(rows: page.Rows, leave_out: Iterable[str] = ()) -> list[tuple[str, str]]:
+    """Return (key, heading) of the columns of a table, in its order."""
+    keys = list(rows[0]) if rows else []
+    return [(key, heading(key)) for key in keys if key not in set(leave_out)]
+
+
+def _facts(content: Mapping[str, Any], leave_out: Iterable[str]) -> Pairs:
+    hidden = {"status", "stage", "recording", "summary", "run", "warnings", "notes", *leave_out}
+    shown = {key: value for key, value in content.items() if key not in hidden}
+    pairs = [(key, value) for key, value in page.flat(shown) if "warnings" not in key]
+    return [(heading(key.replace(".", ": ")), value) for key, value in pairs]
+
+
+def _libraries() -> Pairs:
+    found: Pairs = [("python", platform.python_version())]
+    for name in LIBRARIES:
+        try:
+            found.append((name, metadata.version(name)))
+        except metadata.PackageNotFoundError:
+            found.append((name, "not installed"))
+    return found
+
+
+def _ran(records: Mapping[str, Mapping[str, Any]]) -> tuple[Pairs, Pairs]:
+    """Return what ran (versions, seed, times) and every setting, from the stages' records."""
+    runs = {stage: record["run"] for stage, record in records.items() if "run" in record}
+    facts: Pairs = []
+    for key in ("version", "source", "commit", "seed"):
+        values = list(dict.fromkeys(str(run[key]) for run in runs.values() if run[key] != ""))
+        facts.append((key, ", ".join(values)))
+    for stage, run in runs.items():
+        facts.append((f"{stage}: finished", f"{run['finished']}, {run['seconds']} s"))
+    subject = next((run["subject"] for run in runs.values()), {})
+    facts += [(f"subject: {key}", value or "population value") for key, value in subject.items()]
+    settings: dict[str, Any] = {}
+    for run in runs.values():
+        settings |= run["settings"]
+    return facts, list(page.flat(settings))
+
+
+def _subtitle(records: Mapping[str, Mapping[str, Any]]) -> str:
+    run: Mapping[str, Any] = next((r["run"] for r in records.values() if "run" in r), {})
+    person = run.get("subject") or {}
+    told = [
+        person.get("subject") and f"Subject {person['subject']}",
+        person.get("sex"),
+        person.get("stature_m") and f"{person['stature_m']} m",
+        person.get("mass_kg") and f"{person['mass_kg']} kg",
+        person.get("posture"),
+    ]
+    return ", ".join(word for word in told if word)
+
+
+def context(folder: Path) -> dict[str, Any]:
+    """Gather everything the template shows.
+
+    Parameters
+    ----------
+    folder : results of one recording
+    """
+    records = {stage: status.read_status(folder, stage) for stage in status.RECORDS}
+    bad = status.first_problem(folder)
+    problem = str(bad["reason"]) if bad else ""
+    tables = {name: page.read_rows(folder / f"{name}.csv") for name in TABLES}
+    paper = page.read_rows(page.TABLES / "dilorenzo_table_5_2.csv")
+    run_facts, setting_facts = _ran(records)
+    return {
+        "name": folder.name,
+        "subtitle": _subtitle(records),
+        "records": records,
+        "problem": problem,
+        "problem_stage": bad["stage"] if bad else "",
+        "summary": summarise(records, tables["errors"], tables["activations"], problem),
+        "parts_of_report": PARTS,
+        "figures": {name: page.inline_svg(folder / f"{name}.svg") for name in FIGURES},
+        "input_facts": _facts(records["markers"], ()),
+        "signature_facts": _facts(records["signature"], ()),
+        "search_facts": _facts(records["fit"], ("levels", "errors")),
+        "cycles": tables["cycles"],
+        "cycle_columns": columns(tables["cycles"]),
+        "errors": tables["errors"],
+        "error_columns": columns(tables["errors"]),
+        "verdicts": [],
+        "paper_rows": paper,
+        "paper_columns": columns(paper, ("source",)),
+        "activations": tables["activations"],
+        "activation_columns": columns(tables["activations"]),
+        "identifiability": records["posterior"].get("identifiability", []),
+        "levels": [],
+        "level_columns": [],
+        "run_facts": run_facts,
+        "setting_facts": setting_facts,
+        "library_facts": _libraries(),
+        "citations": [row["text"] for row in page.read_rows(page.TABLES / "citations.csv")],
+        "warnings": page.messages(records),
+    }
+
+
+TABLES = ("cycles", "errors", "activations")
+
+
+def write_report(folder: Path, path: Path) -> Path:
+    """Write the page of one recording; one that could not be used gets a page that says why.
+
+    Parameters
+    ----------
+    folder : results of the recording
+    path : where the page goes
+    """
+    write_text(path, page.render("report.html", **context(folder)))
+    return path

@@ -1,0 +1,114 @@
+"""The first lines of a report: what was found, in plain words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pipeline.page import Rows, number, words
+
+INHALERS = ("external_intercostals", "diaphragm")
+# Below this part of the largest level a group is said to be near rest.
+NEAR_REST = 0.1
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Summary:
+    """Sentences, and (value, label) pairs that stand out."""
+
+    sentences: tuple[str, ...]
+    numbers: tuple[tuple[str, str], ...]
+
+
+def _float(row: Mapping[str, str], key: str) -> float:
+    try:
+        return float(row.get(key, "nan"))
+    except ValueError:
+        return math.nan
+
+
+def _breathing(signature: Mapping[str, Any]) -> tuple[list[str], list[tuple[str, str]]]:
+    if signature["status"] != "ok":
+        return [], []
+    period = signature["inspiration_time_s"] + signature["expiration_time_s"]
+    rate = 60 / period
+    used, found = signature["n_used"], signature["n_cycles"]
+    sentence = (
+        f"The mean of {used} of {found} breaths lasts {number(period, 2)} s:"
+        f" {number(signature['inspiration_time_s'], 2)} s in and"
+        f" {number(signature['expiration_time_s'], 2)} s out, {number(rate, 2)} breaths a minute."
+    )
+    return [sentence], [(f"{number(rate, 2)} / min", "breathing rate")]
+
+
+def main_error(errors: Rows) -> Mapping[str, str] | None:
+    """Return the row over all markers of the signature fit."""
+    return errors[0] if errors else None
+
+
+def _closeness(errors: Rows) -> tuple[list[str], list[tuple[str, str]]]:
+    row = main_error(errors)
+    if row is None:
+        return [], []
+    error, still = _float(row, "error_p_mm"), _float(row, "error_p_still_mm")
+    share = error / still if still > 0 else math.nan
+    if not math.isfinite(share):
+        return ["The markers do not move, so the fit says nothing."], []
+    if share >= 1:
+        text = (
+            f"The torso follows this breath no better than standing still would:"
+            f" {number(error, 2)} mm against {number(still, 2)} mm."
+        )
+    else:
+        text = (
+            f"The simulated markers stay within {number(error, 2)} mm of the measured ones on"
+            f" average; a torso that does not move would miss them by {number(still, 2)} mm."
+        )
+    return [text], [
+        (f"{number(error, 2)} mm", "mean error of the markers"),
+        (number(share, 2), "of the error of not moving"),
+    ]
+
+
+def _levels(activations: Rows) -> list[str]:
+    mean = [row for row in activations if row.get("scope") == "subject"]
+    known = {row["group"]: row for row in mean if math.isfinite(_float(row, "level"))}
+    if not known:
+        return []
+    largest = max(_float(row, "level") for row in known.values())
+    said = []
+    for group, row in known.items():
+        level = _float(row, "level")
+        low, high = number(row.get("low"), 2), number(row.get("high"), 2)
+        said.append(f"{words(group)} {number(level, 2)} ({low} to {high})")
+    resting = [
+        words(g) for g, row in known.items() if _float(row, "high") < max(NEAR_REST * largest, 0.01)
+    ]
+    text = f"Largest activations, from 0 to 1, with their intervals: {'; '.join(said)}."
+    if resting:
+        text += f" Near rest: {', '.join(resting)}."
+    return [text]
+
+
+def summarise(
+    records: Mapping[str, Mapping[str, Any]], errors: Rows, activations: Rows, problem: str
+) -> Summary:
+    """Say what was found.
+
+    Parameters
+    ----------
+    records : stage to its JSON
+    errors, activations : rows of errors.csv and activations.csv
+    problem : why the recording could not be used, empty if it could
+    """
+    sentences: list[str] = []
+    numbers: list[tuple[str, str]] = []
+    if problem:
+        sentences.append(f"This recording could not be used to the end: {problem}")
+    for found, shown in (_breathing(records["signature"]), _closeness(errors)):
+        sentences += found
+        numbers += shown
+    sentences += _levels(activations)
+    return Summary(sentences=tuple(sentences), numbers=tuple(numbers))
