@@ -103,6 +103,17 @@ def read_map(path: Path) -> dict[str, str]:
     return mapping
 
 
+def virtual_segments(labels: tuple[str, ...]) -> set[str]:
+    """Ends of computed segment axes: Plug-in Gait writes `PELO PELA PELL PELP` for the pelvis."""
+    stems = {label[:-1] for label in labels if label.endswith("O")}
+    return {
+        stem + end
+        for stem in stems
+        for end in "OALP"
+        if all(stem + other in labels for other in "OALP")
+    }
+
+
 def choose_markers(
     source: str, labels: tuple[str, ...], mapping: dict[str, str] | None
 ) -> tuple[list[int], list[str], list[str]]:
@@ -115,7 +126,8 @@ def choose_markers(
     """
     if mapping is not None:
         return _by_map(source, labels, mapping)
-    spots = [canonical(label) for label in labels]
+    virtual = virtual_segments(labels)
+    spots = ["" if label in virtual else canonical(label) for label in labels]
     keep = [i for i, spot in enumerate(spots) if spot]
     if keep:
         left_out = [label for label, spot in zip(labels, spots, strict=True) if not spot]
