@@ -1,0 +1,194 @@
+"""Where the bones of a subject lie: one bone set, corrected and scaled to size.
+
+The bone set is short, shallow and has ribs too flat; `sim/data/parameters.csv` holds the
+corrections (section `bones`). All points are at end expiration, upright, in metres: X
+anterior, Y left, Z up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim.errors import ParameterError
+from sim.physics.types import Floats
+from sim.tables import Parameters, bone_arrays, body_size
+
+SIDES = ("L", "R")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Subject:
+    """Whom the torso is built for.
+
+    Parameters
+    ----------
+    sex : "male" or "female"
+    stature : m
+    mass : kg
+    """
+
+    sex: str
+    stature: float
+    mass: float
+
+    def __post_init__(self) -> None:
+        if self.sex not in ("male", "female"):
+            raise ParameterError(f"sex is {self.sex!r}. Use male or female.")
+        if not 1.2 <= self.stature <= 2.3:
+            raise ParameterError(f"stature is {self.stature} m. Give 1.2 to 2.3 m.")
+        if not 30.0 <= self.mass <= 250.0:
+            raise ParameterError(f"mass is {self.mass} kg. Give 30 to 250 kg.")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Anatomy:
+    """Bone landmarks of one subject, m.
+
+    Parameters
+    ----------
+    rib : (2, 12, n, 3), centrelines from head to tip, left and right
+    facet : (2, 7, 3), sternal ends of cartilages 1 to 7
+    sternum_front, sternum_back : (n, 3), midline from jugular notch to xiphoid tip
+    spine : level name -> (3,), centre of the vertebral body
+    front, process : level name -> (3,), front of the body, tip of the spinous process
+    joint : level name -> (3,), lower end plate
+    skull_base : (3,)
+    pelvis_rim : (n, 3), from the back midline over the left crest to the pubis and back
+    scale : (3,), of this subject against the reference man
+    waist_half : (2,), half depth and half breadth of the abdominal cavity at the navel
+    skin : thickness of everything between the chest sheet and the skin, m
+    belly_skin : the same at the belly wall
+    navel_height : m, on the Z axis
+    """
+
+    rib: Floats
+    facet: Floats
+    sternum_front: Floats
+    sternum_back: Floats
+    spine: dict[str, Floats]
+    front: dict[str, Floats]
+    process: dict[str, Floats]
+    joint: dict[str, Floats]
+    skull_base: Floats
+    pelvis_rim: Floats
+    scale: Floats
+    waist_half: Floats
+    skin: float
+    belly_skin: float
+    navel_height: float
+
+
+def subject_scale(subject: Subject, parameters: Parameters) -> Floats:
+    """Per-axis size of the bones against the reference man of 1.756 m."""
+    tall = subject.stature / parameters["reference_stature"]
+    radial = 1.0 if subject.sex == "male" else parameters["female_radial"]
+    return np.array([tall * radial, tall * radial, tall])
+
+
+def _stretch(points: Floats, levels: dict[str, Floats], parameters: Parameters) -> Floats:
+    """The per-axis corrections; the lumbar spine is stretched more than the rib cage."""
+    top, bottom = levels["T12"][2], levels["L5"][2]
+    low = min(top, bottom)
+    high = max(top, bottom)
+    z = points[..., 2]
+    above = np.maximum(z - high, 0.0) * parameters["bones_z"]
+    between = (np.clip(z, low, high) - low) * parameters["bones_z_lumbar"]
+    below = np.minimum(z - low, 0.0) * parameters["bones_z_pelvis"]
+    out = points.copy()
+    out[..., 0] *= parameters["bones_x"]
+    out[..., 1] *= parameters["bones_y"]
+    out[..., 2] = above + between + below
+    return out
+
+
+def _lower_ribs(rib: Floats, facet: Floats, angle: float) -> tuple[Floats, Floats, Floats]:
+    """Turn every rib down about the transverse axis through its head.
+
+    Returns
+    -------
+    ribs; 2 x 2 rotation and shift in the sagittal plane by which the sternum follows
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    head = rib[:, :, :1]
+    arm = rib - head
+    turned = arm.copy()
+    turned[..., 0] = c * arm[..., 0] + s * arm[..., 2]
+    turned[..., 2] = -s * arm[..., 0] + c * arm[..., 2]
+    lowered = head + turned
+    move = (lowered - rib)[:, :7, -1].mean(axis=0)[:, ::2]
+    before = facet.mean(axis=0)[:, ::2]
+    after = before + move
+    p, q = before - before.mean(axis=0), after - after.mean(axis=0)
+    turn = np.arctan2((p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum(), (p * q).sum())
+    rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    shift = after.mean(axis=0) - rotation @ before.mean(axis=0)
+    return lowered, rotation, shift
+
+
+def _follow(points: Floats, rotation: Floats, shift: Floats) -> Floats:
+    out = points.copy()
+    out[..., ::2] = points[..., ::2] @ rotation.T + shift
+    return out
+
+
+def build_anatomy(subject: Subject, parameters: Parameters, fit_scale: Floats) -> Anatomy:
+    """Corrected and scaled bone landmarks.
+
+    Parameters
+    ----------
+    fit_scale : (3,), per-axis factors on top of the population's size
+    """
+    bones = bone_arrays()
+    names = [str(n) for n in bones["spine/name"]]
+    raw_levels = dict(zip(names, bones["spine/centre"], strict=True))
+    origin = bones["spine/bottom"][names.index("L5")]
+    scale = subject_scale(subject, parameters) * fit_scale
+
+    def place(points: Floats) -> Floats:
+        levels = {k: v - origin for k, v in raw_levels.items()}
+        return _stretch(np.asarray(points, dtype=float) - origin, levels, parameters)
+
+    rib = place(bones["ribs/centreline"]).reshape(2, 12, -1, 3)
+    rib[1] = rib[0] * [1.0, -1.0, 1.0]
+    left = place(bones["sternum/rib_facets"])
+    facet = np.stack([left, left * [1.0, -1.0, 1.0]])
+    rib, rotation, shift = _lower_ribs(rib, facet, np.radians(parameters["rib_tilt"]))
+    outline = _follow(place(bones["sternum/outline"]), rotation, shift)
+    outline[..., 1] = 0.0
+    size = body_size(subject)
+
+    def levels_of(key: str) -> dict[str, Floats]:
+        points = place(bones[key]) * scale
+        points[:, 1] = 0.0
+        return dict(zip(names, points, strict=True))
+
+    rim = place(bones["pelvis/rim"])
+    front = outline[0] * scale
+    notch = front[np.argmax(front[:, 2])]
+    skin = max(parameters["least_skin"], 0.5 * (size["chest_breadth"] - _breadth(rib * scale)))
+    waist = 0.5 * np.array([size["waist_depth"], size["waist_breadth"]])
+    return Anatomy(
+        rib=rib * scale,
+        facet=_follow(facet, rotation, shift) * scale,
+        sternum_front=front,
+        sternum_back=outline[1] * scale,
+        spine=levels_of("spine/centre"),
+        front=levels_of("spine/front"),
+        process=levels_of("spine/process"),
+        joint=levels_of("spine/bottom"),
+        skull_base=levels_of("spine/top")["C1"],
+        pelvis_rim=rim * scale,
+        scale=scale,
+        waist_half=waist * fit_scale[:2],
+        skin=skin,
+        belly_skin=parameters["belly_skin"],
+        navel_height=notch[2]
+        - (size["jugular_notch_height"] - size["navel_height"]) * fit_scale[2],
+    )
+
+
+def _breadth(rib: Floats) -> float:
+    """Greatest breadth of the rib cage, centreline to centreline, m."""
+    return float(np.ptp(rib[:, :, :, 1]))

@@ -1,0 +1,367 @@
+"""The two cavities: inner sheet of the rib cage, diaphragm, belly wall, back and floor.
+
+Chest and abdomen share the triangles of the diaphragm, so that what the dome displaces, both
+see. The rim runs along the costal margin: from the second lumbar vertebra over the arcuate
+ligament and the tips of ribs 12 and 11 to the tenth rib and along the margin to the xiphoid.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim.errors import ParameterError
+from sim.model.anatomy import SIDES, Anatomy
+from sim.model.points import Points
+from sim.model.skeleton import margin_point, segment_of
+from sim.physics.surface import enclosed_volume
+from sim.physics.types import Floats, Ints
+from sim.tables import Parameters
+
+RIB_STATIONS = np.array([0.06, 0.16, 0.28, 0.4, 0.52, 0.64, 0.76, 0.88, 1.0])
+"""Where the sheet meets a rib, as shares of its length."""
+MARGIN = (1.0, 0.87, 0.75, 0.6, 0.45, 0.3, 0.15)
+"""Rim points on the costal margin, from the tenth rib to beside the xiphoid."""
+ROW_END = {8: 0.45, 9: 0.75, 10: 1.0}
+"""Where the rows of the false ribs meet the margin."""
+APPOSITION_COLUMN = (0.06, 0.045, 0.06, 0.07, 0.075, 0.075, 0.07, 0.065, 0.06, 0.055, 0.045,
+                     0.035, 0.02, 0.012)  # fmt: skip
+"""Height of the zone of apposition at rest by rim point, back to front, m."""
+PELVIS_STATION = (0.0, 3.0, 5.0, 7.0, 8.5, 10.0, 11.5, 13.0, 14.0, 15.0, 16.0, 17.2, 18.4, 20.0)
+"""Where the wall's columns end on the pelvic rim (index of its 40 points)."""
+FREE_FROM = 2
+"""First column of the wall that is free; those behind are bound to the lumbar spine."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Cavity:
+    """Handles of the cavities' points.
+
+    Parameters
+    ----------
+    sheet_faces, diaphragm_faces, belly_faces : (n, 3), unoriented; `orient` turns them
+    diaphragm : (n_columns, n_rows), rim first, tendon edge last
+    wall : (n_columns, n_rows), rim first, pelvis last
+    rim_half : number of columns from the back midline to the front one, both counted
+    tendon_points : handles on the central tendon
+    rows : per side, the sheet's row of each rib
+    """
+
+    sheet_faces: list[tuple[int, int, int]]
+    diaphragm_faces: list[tuple[int, int, int]]
+    belly_faces: list[tuple[int, int, int]]
+    diaphragm: list[list[int]]
+    wall: list[list[int]]
+    rim_half: int
+    tendon_points: list[int]
+    rows: list[list[list[int]]]
+
+
+def strip(points: Points, a: list[int], b: list[int]) -> list[tuple[int, int, int]]:
+    """Triangles between two polylines that run alongside, shorter diagonals first."""
+    faces, i, j = [], 0, 0
+    while i < len(a) - 1 or j < len(b) - 1:
+        if j == len(b) - 1:
+            ahead = True
+        elif i == len(a) - 1:
+            ahead = False
+        else:
+            p = np.linalg.norm(points.at(a[i + 1]) - points.at(b[j]))
+            q = np.linalg.norm(points.at(a[i]) - points.at(b[j + 1]))
+            ahead = bool(p <= q)
+        face = (a[i], a[i + 1], b[j]) if ahead else (a[i], b[j + 1], b[j])
+        i, j = (i + 1, j) if ahead else (i, j + 1)
+        if len(set(face)) == 3:
+            faces.append(face)
+    return faces
+
+
+def orient(places: Floats, faces: Ints) -> Ints:
+    """Turn the faces of a closed mesh outwards.
+
+    Raises
+    ------
+    ParameterError
+        if an edge does not belong to exactly two faces
+    """
+    faces = faces.copy()
+    edges: dict[tuple[int, int], list[int]] = {}
+    for f, (a, b, c) in enumerate(faces.tolist()):
+        for i, j in ((a, b), (b, c), (c, a)):
+            edges.setdefault((min(i, j), max(i, j)), []).append(f)
+    if any(len(owners) != 2 for owners in edges.values()):
+        raise ParameterError("a cavity of the torso is not closed. Check the size of the subject.")
+    done, queue = {0}, [0]
+    while queue:
+        f = queue.pop()
+        a, b, c = faces[f].tolist()
+        for i, j in ((a, b), (b, c), (c, a)):
+            for g in edges[min(i, j), max(i, j)]:
+                if g in done:
+                    continue
+                x, y, z = faces[g].tolist()
+                if (i, j) in ((x, y), (y, z), (z, x)):
+                    faces[g] = faces[g, ::-1]
+                done.add(g)
+                queue.append(g)
+    return faces if enclosed_volume(places, faces) > 0.0 else faces[:, ::-1].copy()
+
+
+def _along(line: Floats, stations: Floats) -> Floats:
+    steps = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    return np.stack([np.interp(stations, steps / steps[-1], line[:, c]) for c in range(3)], axis=1)
+
+
+class CavityBuilder:
+    """Builds the cavities on a subject's bones; `points` grows as it goes."""
+
+    def __init__(
+        self, points: Points, body: dict[str, int], anatomy: Anatomy, parameters: Parameters
+    ) -> None:
+        self.points, self.body = points, body
+        self.anatomy, self.parameters = anatomy, parameters
+        self.middle = {
+            i: self._bind("sternum", self._sternum_at(anatomy.facet[0, i - 1, 2]))
+            for i in range(1, 8)
+        }
+        self.back = {i: self._bind(segment_of(f"T{i}"), anatomy.front[f"T{i}"]) for i in range(1, 13)}
+        self.xiphoid = self._bind("sternum", anatomy.sternum_back[-1])
+        self.lumbar = self._bind("L1-L3", anatomy.front["L2"])
+
+    def _bind(self, body: str, at: Floats) -> int:
+        return self.points.add(self.body[body], at)
+
+    def _sternum_at(self, z: float) -> Floats:
+        line = self.anatomy.sternum_back
+        order = np.argsort(line[:, 2])
+        return np.array([np.interp(z, line[order, 2], line[order, 0]), 0.0, z])
+
+    def _rim_half(self, side: int) -> list[int]:
+        """Rim of one side, midline points left out, back to front."""
+        a, letter = self.anatomy, SIDES[side]
+        sign = 1.0 if side == 0 else -1.0
+        arcuate = a.front["L1"] + np.array([-0.028 * a.scale[0], sign * 0.05 * a.scale[1], 0.0])
+        tips = [a.rib[side, i, -1] for i in (11, 10, 9)]
+        half = [
+            self._bind("L1-L3", arcuate),
+            self._bind(f"rib_{letter}12", tips[0]),
+            self._bind(f"rib_{letter}12", 0.5 * (tips[0] + tips[1])),
+            self._bind(f"rib_{letter}11", tips[1]),
+            self._bind(f"rib_{letter}11", 0.5 * (tips[1] + tips[2])),
+        ]
+        for t in MARGIN:
+            at = margin_point(a, side, t, self.parameters)
+            half.append(self._bind(f"cartilage_{letter}6-10", at))
+        return half
+
+    def _row(self, side: int, rib: int, rim: list[int]) -> list[int]:
+        """Sheet points along one rib, from the spine to the sternum or the margin."""
+        a, letter = self.anatomy, SIDES[side]
+        line = a.rib[side, rib - 1]
+        row = [self.back[rib]]
+        row += [self._bind(f"rib_{letter}{rib}", p) for p in _along(line, RIB_STATIONS)]
+        if rib <= 7:
+            tip, facet = line[-1], a.facet[side, rib - 1]
+            part = f"cartilage_{letter}{rib}" if rib < 6 else f"cartilage_{letter}6-10"
+            part = "sternum" if rib == 1 else part
+            row += [self._bind(part, tip + t * (facet - tip)) for t in (0.33, 0.67)]
+            row += [self._bind("sternum", facet), self.middle[rib]]
+        elif rib <= 9:
+            end = rim[5 + MARGIN.index(ROW_END[rib])]
+            row += [self._bind(f"cartilage_{letter}6-10", 0.5 * (line[-1] + self.points.at(end))), end]
+        elif rib == 10:
+            row[-1] = rim[5]
+        elif rib == 11:
+            row[-1] = rim[3]
+        else:
+            row[-1] = rim[1]
+        return row
+
+    def _sheet(
+        self, rims: list[list[int]]
+    ) -> tuple[list[tuple[int, int, int]], list[list[list[int]]]]:
+        faces: list[tuple[int, int, int]] = []
+        rows = [[self._row(s, i, rims[s]) for i in range(1, 13)] for s in (0, 1)]
+        for side, rim in enumerate(rims):
+            border = {
+                7: [*rim[9:], self.xiphoid],
+                8: rim[7:10],
+                9: rim[5:8],
+                10: rim[4:6],
+                11: rim[2:4],
+            }
+            for i in range(1, 12):
+                lower = list(rows[side][i])
+                upper = list(rows[side][i - 1])
+                lower += [h for h in border.get(i, []) if h not in lower]
+                faces += strip(self.points, upper, lower)
+            last = [self.back[12], *rows[side][11][1:]]
+            low = [self.lumbar, rim[0], rim[1]]
+            faces += strip(self.points, last, low)
+        faces += strip(self.points, rows[0][0], rows[1][0])  # fmt: skip
+        return faces, rows
+
+    def _radius(self, faces: Floats, angle: float, z: float) -> float:
+        """Distance from the vertical axis at which a ray meets the sheet."""
+        direction = np.array([np.cos(angle), np.sin(angle), 0.0])
+        origin = np.array([0.0, 0.0, z])
+        a, u, w = faces[:, 0], faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]
+        p = np.cross(direction, w)
+        det = np.einsum("ij,ij->i", u, p)
+        det = np.where(np.abs(det) < 1e-12, 1e-12, det)
+        s = np.einsum("ij,ij->i", origin - a, p) / det
+        q = np.cross(origin - a, u)
+        t = (q @ direction) / det
+        r = np.einsum("ij,ij->i", w, q) / det
+        hit = (s >= -1e-6) & (t >= -1e-6) & (s + t <= 1.0 + 1e-6) & (r > 0.0)
+        return float(r[hit].min()) if hit.any() else np.nan
+
+    def _apposed(self, faces: Floats, rim: Floats, height: float) -> Floats:
+        """Points up the sheet from a rim point, a little inside it."""
+        angle = np.arctan2(rim[1], rim[0])
+        path = [rim]
+        for z in np.linspace(0.0, height, 7)[1:]:
+            radius = self._radius(faces, angle, rim[2] + z)
+            if not np.isfinite(radius):
+                break
+            radius -= self.parameters["contact_gap"]
+            path.append(np.array([radius * np.cos(angle), radius * np.sin(angle), rim[2] + z]))
+        return np.array(path)
+
+    def _dome(self, path: Floats, edge: Floats, rows: int) -> Floats:
+        """Free points from the rim over the apposed path and an arc to the tendon edge."""
+        start = path[-1]
+        rise = max(0.6 * (edge[2] - start[2]), 0.01)
+        run = edge - start
+        run[2] = 0.0
+        c1 = start + np.array([0.0, 0.0, rise])
+        c2 = edge - 0.45 * run
+        t = np.linspace(0.0, 1.0, 30)[1:, None]
+        arc = (1 - t) ** 3 * start + 3 * (1 - t) ** 2 * t * c1 + 3 * (1 - t) * t**2 * c2 + t**3 * edge
+        return _along(np.vstack([path, arc]), np.linspace(0.0, 1.0, rows + 2))
+
+    def build(self) -> Cavity:
+        """Build sheet, diaphragm, wall, back and floor."""
+        rims = [self._rim_half(0), self._rim_half(1)]
+        sheet, rows = self._sheet(rims)
+        loop = [self.lumbar, *rims[0], self.xiphoid, *rims[1][::-1]]
+        half = len(rims[0]) + 2
+        diaphragm, dome_faces, tendon = self._diaphragm(loop, half, sheet)
+        wall, belly = self._wall(loop, half)
+        return Cavity(
+            sheet_faces=sheet,
+            diaphragm_faces=dome_faces,
+            belly_faces=belly,
+            diaphragm=diaphragm,
+            wall=wall,
+            rim_half=half,
+            tendon_points=tendon,
+            rows=rows,
+        )
+
+    def _diaphragm(
+        self, loop: list[int], half: int, sheet: list[tuple[int, int, int]]
+    ) -> tuple[list[list[int]], list[tuple[int, int, int]], list[int]]:
+        p, a = self.parameters, self.anatomy
+        n = len(loop)
+        triangles = np.array([[self.points.at(h) for h in f] for f in sheet])
+        n_rows = int(p["diaphragm_rows"])
+        edge = tendon_edge(a, p, n)
+        grid = []
+        for j, handle in enumerate(loop):
+            k = j if j < half else n - j
+            height = APPOSITION_COLUMN[k] * a.scale[2]
+            path = self._apposed(triangles, self.points.at(handle), height)
+            line = self._dome(path, edge[j], n_rows)
+            column = [handle, *[self.points.add_particle(q) for q in line[1:-1]]]
+            grid.append([*column, self._bind("central_tendon", edge[j])])
+        tendon = [c[-1] for c in grid]
+        middle = edge.mean(axis=0)
+        ring = [
+            self._bind("central_tendon", 0.5 * (q + middle) + np.array([0.0, 0.0, p["tendon_rise"]]))
+            for q in edge[::2]
+        ]
+        top = self._bind("central_tendon", middle + np.array([0.0, 0.0, 1.3 * p["tendon_rise"]]))
+        faces = []
+        for j in range(n):
+            faces += strip(self.points, grid[j], grid[(j + 1) % n])
+        outer, inner = [*tendon, tendon[0]], [*ring, ring[0]]
+        faces += strip(self.points, outer, inner)
+        faces += [(ring[k], ring[(k + 1) % len(ring)], top) for k in range(len(ring))]
+        return grid, faces, [*tendon, *ring, top]
+
+    def _pelvic_line(self, half: int, n: int) -> Floats:
+        rim = self.anatomy.pelvis_rim.copy()
+        rim[0] = self.anatomy.front["S1"]
+        line = []
+        for j in range(n):
+            k = j if j < half else n - j
+            s = PELVIS_STATION[k]
+            low = int(np.floor(s))
+            at = rim[low] + (s - low) * (rim[min(low + 1, 20)] - rim[low])
+            line.append(at if j < half else at * [1.0, -1.0, 1.0])
+        return np.array(line)
+
+    def _wall(
+        self, loop: list[int], half: int
+    ) -> tuple[list[list[int]], list[tuple[int, int, int]]]:
+        p, n = self.parameters, len(loop)
+        n_rows = int(p["wall_rows"])
+        pelvic = self._pelvic_line(half, n)
+        centre = np.array([0.02, 0.0, 0.5 * (pelvic[:, 2].mean() + self.points.at(self.xiphoid)[2])])
+        grid = []
+        for j, handle in enumerate(loop):
+            k = j if j < half else n - j
+            top, bottom = self.points.at(handle), pelvic[j]
+            out = 0.5 * (top + bottom) - centre
+            out[2] = 0.0
+            out /= np.linalg.norm(out)
+            front = max(0.0, out[0])
+            bulge = p["belly_bulge_side"] + (p["belly_bulge_front"] - p["belly_bulge_side"]) * front
+            t = np.linspace(0.0, 1.0, n_rows + 2)[1:-1]
+            line = top + t[:, None] * (bottom - top)
+            if k >= FREE_FROM:
+                line += np.sin(np.pi * t)[:, None] * bulge * out
+                column = [self.points.add_particle(q) for q in line]
+            else:
+                column = [self._bind(self._lumbar_body(q[2]), self._before_spine(q, k)) for q in line]
+            grid.append([handle, *column, self._bind("pelvis", bottom)])
+        faces: list[tuple[int, int, int]] = []
+        for j in range(n):
+            faces += strip(self.points, grid[j], grid[(j + 1) % n])
+        return grid, faces + self._floor([c[-1] for c in grid])
+
+    def _lumbar_body(self, z: float) -> str:
+        return "L4-L5" if z < self.anatomy.joint["L3"][2] else "L1-L3"
+
+    def _before_spine(self, q: Floats, column: int) -> Floats:
+        """Midline points of the back lie on the front of the vertebral bodies."""
+        if column > 0:
+            return q
+        levels = [self.anatomy.front[k] for k in ("S1", "L5", "L4", "L3", "L2", "L1")]
+        z = np.array([v[2] for v in levels])
+        return np.array([np.interp(q[2], z, np.array([v[0] for v in levels])), 0.0, q[2]])
+
+    def _floor(self, loop: list[int]) -> list[tuple[int, int, int]]:
+        rim = np.array([self.points.at(h) for h in loop])
+        middle = rim.mean(axis=0) - np.array([0.0, 0.0, self.parameters["pelvis_depth"]])
+        ring = [
+            self._bind("pelvis", middle + [0.55, 0.55, 0.0] * (q - middle) + [0.0, 0.0, 0.01])
+            for q in rim[::2]
+        ]
+        bottom = self._bind("pelvis", middle)
+        faces = strip(self.points, [*loop, loop[0]], [*ring, ring[0]])
+        cap = [(ring[k], ring[(k + 1) % len(ring)], bottom) for k in range(len(ring))]
+        return faces + cap
+
+
+def tendon_edge(anatomy: Anatomy, parameters: Parameters, n: int) -> Floats:
+    """Edge of the central tendon, an ellipse at the level of the dome, back midline first."""
+    angle = np.pi - 2.0 * np.pi * np.arange(n) / n
+    level = anatomy.spine["T9"][2] + parameters["dome_above_t9"] * anatomy.scale[2]
+    x = parameters["tendon_x"] + parameters["tendon_depth"] * np.cos(angle)
+    y = parameters["tendon_breadth"] * np.sin(angle)
+    return np.stack(
+        [x * anatomy.scale[0], y * anatomy.scale[1], np.full(n, level)], axis=1
+    )

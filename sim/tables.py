@@ -1,0 +1,86 @@
+"""The numbers of the model: tables in `sim/data`, each with its source."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sim.errors import ParameterError
+from sim.physics.types import Floats
+
+if TYPE_CHECKING:
+    from sim.model.anatomy import Subject
+
+DATA = Path(__file__).parent / "data"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Parameters(Mapping[str, float]):
+    """Named numbers in the units of their table (SI, angles in degrees)."""
+
+    values: dict[str, float]
+
+    def __getitem__(self, name: str) -> float:
+        if name not in self.values:
+            raise ParameterError(f"parameters: no {name!r}. There are: {', '.join(self.values)}.")
+        return self.values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.values)
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def replace(self, **changes: float) -> Parameters:
+        """A copy with some numbers changed; unknown names are refused."""
+        for name in changes:
+            self[name]
+        return Parameters(values={**self.values, **changes})
+
+
+def read_rows(name: str) -> list[dict[str, str]]:
+    """Rows of a table in `sim/data`."""
+    with (DATA / name).open(newline="", encoding="utf-8") as lines:
+        return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+@cache
+def parameters() -> Parameters:
+    """The calibrated parameter set."""
+    rows = read_rows("parameters.csv")
+    return Parameters(values={row["name"]: float(row["value"]) for row in rows})
+
+
+@cache
+def bone_arrays() -> dict[str, np.ndarray]:
+    """Arrays of `bones.npz`; `bones.json` says where they come from."""
+    with np.load(DATA / "bones.npz") as archive:
+        return {key: archive[key] for key in archive.files}
+
+
+def body_size(subject: Subject) -> dict[str, float]:
+    """Skin-side sizes of the population of this sex, stature and mass, m (ANSUR II)."""
+    out = {}
+    for row in read_rows("body_size.csv"):
+        if row["sex"] != subject.sex:
+            continue
+        if row["intercept_m"]:
+            value = float(row["intercept_m"]) + float(row["per_stature"]) * subject.stature
+            value += float(row["per_mass_m_per_kg"]) * subject.mass
+        elif row["fraction_of_stature"]:
+            value = float(row["fraction_of_stature"]) * subject.stature
+        else:
+            value = float(row["mean_m"])
+        out[row["quantity"]] = value
+    return out
+
+
+def column(rows: list[dict[str, str]], name: str) -> Floats:
+    """One numeric column of a table."""
+    return np.array([float(row[name]) for row in rows])
