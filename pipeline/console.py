@@ -42,9 +42,7 @@ class OneLiners(logging.Handler):
         if event == "job_error":
             logs = ", ".join(str(log) for log in getattr(record, "log", None) or [])
             rule = getattr(record, "rule_name", "a stage")
-            say(
-                f"{rule}: was stopped before it finished; run again. See {logs or '.snakemake/log'}."
-            )
+            say(f"{rule}: was stopped before it finished; run again. See {logs or 'logs/'}.")
         elif "cannot be locked" in text:
             say(
                 "This folder is locked: another run is going on, or one was killed. If none is:"

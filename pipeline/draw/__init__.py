@@ -1,0 +1,1 @@
+"""Arrays to figures; every figure is the text of an SVG file."""

@@ -1,0 +1,46 @@
+"""What every figure shares: size, colours, and how it becomes text."""
+
+from __future__ import annotations
+
+import io
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+MEASURED, SIMULATED, ACCENT, FAINT = "#1d2226", "#c4571f", "#0b6a74", "#b9bec2"
+GROUP_COLOURS = ("#0b6a74", "#c4571f", "#6a4fa3", "#5a8f29")
+
+STYLE = {
+    "svg.fonttype": "none",
+    # Ids depend on the drawing alone, so that the same result gives the same file.
+    "svg.hashsalt": "pleura",
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 9.0,
+    "axes.titlelocation": "left",
+    "legend.frameon": False,
+    "lines.linewidth": 1.3,
+    "path.simplify_threshold": 0.5,
+}
+
+
+def panels(
+    rows: int, columns: int, *, width: float, height: float, share_x: bool = False
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure, width and height in inches, and its axes row by row."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        axes = figure.subplots(rows, columns, squeeze=False, sharex=share_x)
+    return figure, list(axes.flat)
+
+
+def as_svg(figure: Figure) -> str:
+    """Return the figure as SVG, the same text for the same drawing."""
+    stream = io.StringIO()
+    with mpl.rc_context(STYLE):
+        figure.savefig(stream, format="svg", metadata={"Date": None})
+    return stream.getvalue()
