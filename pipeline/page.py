@@ -15,6 +15,7 @@ from markupsafe import Markup
 
 TEMPLATES = Path(__file__).parent / "templates"
 TABLES = Path(__file__).parent / "tables"
+SUBJECT_MEAN = "subject_mean"
 GROUPS = ("external_intercostals", "diaphragm", "internal_intercostals", "abdomen")
 
 Rows = list[dict[str, str]]

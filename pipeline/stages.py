@@ -216,4 +216,54 @@ def _draw_fit(
         records.write_text(folder / f"{name}.svg", drawing)
 
 
-STAGES: dict[str, Stage] = {"markers": markers, "signature": signature, "fit": fit}
+def posterior(job: Job, folder: Path, processes: int) -> Content:
+    """Give the activations intervals."""
+    from pipeline.draw.posterior import posterior_svg
+    from pipeline.fit import FitResult
+    from pipeline.inference_data import write_netcdf
+    from pipeline.uncertainty import sample_posterior
+
+    model, _ = _model(job, processes)
+    result = records.load(FitResult, folder / "fit.npz")
+    found = sample_posterior(
+        result,
+        _recording(folder),
+        _signature(folder),
+        model,
+        job.section("posterior"),
+        job.seed,
+    )
+    write_netcdf(found, folder / "posterior.nc")
+    _write_rows(folder / "activations.csv", found.activations)
+    draws = found.draws.reshape(-1, len(found.groups))
+    if len(draws):
+        drawing = posterior_svg(draws=draws, best=result.levels, groups=found.groups)
+        records.write_text(folder / "posterior.svg", drawing)
+    warnings = [found.why] if found.why else []
+    if not found.converged:
+        warnings.append(found.convergence)
+    return {
+        "summary": found.why or f"intervals from {len(draws)} draws",
+        "intervals": found.status,
+        "convergence": found.convergence,
+        "tau": found.tau,
+        "r_hat": found.r_hat,
+        "emulator_error_mm": 1e3 * found.emulator_error,
+        "emulator_share_of_residual_variance": found.emulator_share,
+        "residual_mm": 1e3 * found.residual,
+        "n_runs": found.n_runs,
+        "noise_mm": 1e3 * found.noise,
+        "n_effective_values": found.n_effective,
+        "n_values": found.n_values,
+        "correlation": found.correlation,
+        "identifiability": found.identifiability,
+        "warnings": warnings,
+    }
+
+
+STAGES: dict[str, Stage] = {
+    "markers": markers,
+    "signature": signature,
+    "fit": fit,
+    "posterior": posterior,
+}

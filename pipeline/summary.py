@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pipeline.page import Rows, number, words
+from pipeline.page import SUBJECT_MEAN, Rows, number, words
 
-INHALERS = ("external_intercostals", "diaphragm")
 # Below this part of the largest level a group is said to be near rest.
 NEAR_REST = 0.1
 
@@ -73,7 +72,7 @@ def _closeness(errors: Rows) -> tuple[list[str], list[tuple[str, str]]]:
 
 
 def _levels(activations: Rows) -> list[str]:
-    mean = [row for row in activations if row.get("scope") == "subject"]
+    mean = [row for row in activations if row.get("scope") == SUBJECT_MEAN]
     known = {row["group"]: row for row in mean if math.isfinite(_float(row, "level"))}
     if not known:
         return []

@@ -42,7 +42,7 @@ def _subject(folder: Path) -> str:
 def subject_levels(folder: Path) -> dict[str, dict[str, str]]:
     """Return group to its row of activations.csv for the subject's mean breath."""
     rows = page.read_rows(folder / "activations.csv")
-    return {row["group"]: row for row in rows if row.get("scope") == "subject"}
+    return {row["group"]: row for row in rows if row.get("scope") == page.SUBJECT_MEAN}
 
 
 def error_rows(results: Path, names: Sequence[str]) -> page.Rows:
