@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 
 def signature_breath(signature: BreathSignature) -> Breath:
-    """The mean measured breath, without the last frame where that repeats the first."""
+    """Return the mean measured breath without the last frame where that repeats the first."""
     period = signature.inspiration_time + signature.expiration_time
     inside = signature.time < signature.time[0] + period * (1 - 1e-9)
     return Breath(time=signature.time[inside], positions=signature.mean[inside], period=period)
@@ -51,11 +51,11 @@ def recorded_cycles(
 def without_cycles(
     recording: MarkerRecording, signature: BreathSignature, left_out: NDArray[np.int64]
 ) -> BreathSignature:
-    """The signature computed anew from the other used breaths."""
+    """Compute the signature anew from the other used breaths."""
     ids, events = used_cycles(signature)
     kept = ~np.isin(ids, left_out)
-    inspiration = float(np.mean(events[kept, 1] - events[kept, 0]))
-    expiration = float(np.mean(events[kept, 2] - events[kept, 1]))
+    inspiration = float(np.median(events[kept, 1] - events[kept, 0]))
+    expiration = float(np.median(events[kept, 2] - events[kept, 1]))
     share = signature.pause_time / signature.expiration_time
     turn = signature.inspiration_time
     time = np.where(

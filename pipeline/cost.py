@@ -155,7 +155,7 @@ def _flat(values: Floats) -> Floats:
 
 
 def leading_modes(centred: Floats, n_modes: int) -> Floats:
-    """The directions that carry most of the displacement; missing values are imputed.
+    """Find the directions that carry most of the displacement; missing values are imputed.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def leading_modes(centred: Floats, n_modes: int) -> Floats:
 
 
 def mode_residual(centred: Floats, modes: Floats) -> Floats:
-    """What the best motion along `modes` leaves, frame by frame, NaN where missing."""
+    """Return what the best motion along `modes` leaves, frame by frame; NaN where missing."""
     data = _flat(centred)
     seen = ~np.isnan(data)
     left = np.array(data)
