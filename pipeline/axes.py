@@ -161,7 +161,7 @@ def _mirror_error(normal: Floats, offset: float, centred: Floats) -> float:
 
 
 def _symmetry_planes(centred: Floats, up: Floats) -> list[Floats]:
-    """Normals of the best mirror planes: the sagittal one and, for an oval chest, the frontal."""
+    """Find the best mirror planes: the sagittal one and, for an oval chest, the frontal."""
     helper = unit(np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))]))
     other = np.cross(up, helper)
     turns, tilts = np.meshgrid(np.radians(np.arange(0, 180, 9)), np.radians(np.arange(-32, 33, 8)))

@@ -48,9 +48,8 @@ def breathing_signal(recording: MarkerRecording) -> Floats:
     The principal component of all displacements in the breathing band, markers that do not
     follow it weighted down; scaled to the root mean square displacement of the markers.
     """
-    tracks = np.stack(
-        [bridge(recording.positions[:, i]) for i in range(len(recording.labels))], axis=1
-    )
+    chosen = moving_markers(recording)
+    tracks = np.stack([bridge(recording.positions[:, i]) for i in chosen], axis=1)
     moved = tracks - tracks.mean(axis=0)
     band = _in_band(moved, recording.rate)
     weights = np.ones(moved.shape[1])
@@ -65,7 +64,15 @@ def breathing_signal(recording: MarkerRecording) -> Floats:
         weights = 1.0 / np.maximum(1.0, spread / (2.0 * usual))
     weighted = loading * weights[:, None]
     signal = np.einsum("fmi,mi->f", moved, weighted) / np.sqrt(np.sum(weights**2))
-    return np.asarray(signal * _inward_or_outward(recording, loading))
+    place = np.nanmean(recording.positions[:, chosen], axis=0)
+    return np.asarray(signal * _sign(place, loading, bool(recording.back)))
+
+
+def moving_markers(recording: MarkerRecording) -> list[int]:
+    """Markers that can show a breath: those on the back are the reference, if there are others."""
+    n = len(recording.labels)
+    others = [i for i in range(n) if i not in recording.back]
+    return others or list(range(n))
 
 
 def _in_band(moved: Floats, rate: float) -> Floats:
@@ -76,13 +83,11 @@ def _in_band(moved: Floats, rate: float) -> Floats:
     return low_pass(np.asarray(flat), rate, high)
 
 
-def _inward_or_outward(recording: MarkerRecording, loading: Floats) -> float:
+def _sign(place: Floats, loading: Floats, has_back: bool) -> float:
     """Sign that makes the front of the body go forward, and the chest up, on inspiration."""
-    place = np.nanmean(recording.positions, axis=0)
-    depth = np.ptp(place[:, 0])
-    # with markers on the front only there is no back to tell apart
-    front = place[:, 0] > place[:, 0].mean() if recording.back else np.full(len(place), True)
-    upper = front & (place[:, 2] >= np.median(place[front, 2])) if depth > 0 else front
+    # with markers on the front only there is no depth to tell sides by
+    front = place[:, 0] >= place[:, 0].mean() if has_back else np.full(len(place), True)
+    upper = front & (place[:, 2] >= np.median(place[front, 2]))
     return 1.0 if loading[front, 0].sum() + 0.5 * loading[upper, 2].sum() >= 0 else -1.0
 
 
@@ -126,7 +131,8 @@ def find_breaths(signal: Floats, rate: float, settings: SignatureSettings) -> Br
 
 
 def _smoothed(signal: Floats, rate: float, cutoff: float) -> Floats:
-    return low_pass(np.repeat(signal[:, None, None], 3, axis=2), rate, cutoff)[:, 0, 0]
+    stacked = np.repeat(signal[:, None, None], 3, axis=2)
+    return np.asarray(low_pass(stacked, rate, cutoff)[:, 0, 0])
 
 
 def _turns(smooth: Floats, rate: float, settings: SignatureSettings) -> tuple[list[int], list[int]]:

@@ -25,10 +25,12 @@ from pipeline.delimited import is_delimited, read_delimited
 from pipeline.labels import choose_markers, places, read_map, unique_names
 from pipeline.raw import Floats, RawMarkers, cut
 from pipeline.settings import MarkerSettings
-from pipeline.trunk import TrunkMotion, shift_only, spans_a_plane, trunk_motion
+from pipeline.trunk import TrunkMotion, leverage, shift_only, trunk_motion
 from sim.errors import InputError
 
 MIN_FRAMES = 20
+# a rotation is not trusted that magnifies the scatter of a back marker more than so at the front
+MAX_LEVERAGE = 3.0
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -238,11 +240,15 @@ def _remove_trunk(
         warnings.append("fewer than 3 markers on the back: motion of the trunk is not removed")
         return positions, None, {"removed": False}
     middle = np.nanmean(positions[:, back], axis=0)
-    if spans_a_plane(middle):
+    magnified = leverage(middle, np.nanmean(positions, axis=0))
+    if magnified < MAX_LEVERAGE:
         motion = trunk_motion(positions[:, back])
     else:
         motion = shift_only(positions[:, back])
-        warnings.append("markers on the back lie on one line: only its shift is removed")
+        warnings.append(
+            "markers on the back lie too close together, or on one line, to tell how the trunk"
+            " tilts: only its shift is removed"
+        )
     placed = motion.remove(positions)
     left = placed[:, back] - np.nanmean(placed[:, back], axis=0)
     return (
@@ -252,7 +258,8 @@ def _remove_trunk(
             "removed": True,
             "travel_mm": 1e3 * float(np.linalg.norm(np.ptp(motion.centre, axis=0))),
             "tilt_deg": float(np.degrees(np.ptp(motion.tilt()))),
-            "back_residual_mm": 1e3 * float(np.nanmean(np.linalg.norm(left, axis=2))),
+            "leverage": magnified if np.isfinite(magnified) else None,
+        "back_residual_mm": 1e3 * float(np.nanmean(np.linalg.norm(left, axis=2))),
         },
     )
 

@@ -35,12 +35,25 @@ class TrunkMotion(NamedTuple):
         return np.asarray(np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0)))
 
 
-def spans_a_plane(points: Floats) -> bool:
-    """Whether points fix a rotation: three or more, not on one line."""
-    if len(points) < 3:
-        return False
-    size = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return bool(size[1] > 0.1 * size[0])
+def leverage(back: Floats, points: Floats) -> float:
+    """How much the scatter of one back marker is magnified at the farthest of `points`.
+
+    The error of a rotation fitted to `back` is sigma^2 M^-1 with M the sum of |x|^2 I - x x^T;
+    infinite for fewer than three markers and for markers on one line.
+
+    Parameters
+    ----------
+    back, points : (n, 3), m, mean places
+    """
+    centred = back - back.mean(axis=0)
+    moment = np.sum(centred**2) * np.eye(3) - centred.T @ centred
+    if len(back) < 3 or np.linalg.cond(moment) > 1e6:
+        return float("inf")
+    inverse = np.linalg.inv(moment)
+    arms = points - back.mean(axis=0)
+    cross = np.cross(np.eye(3)[None], arms[:, None, :])
+    spread = np.einsum("pik,ij,pjk->p", cross, inverse, cross)
+    return float(np.sqrt(1.0 / len(back) + spread.max() / 3.0))
 
 
 def trunk_motion(back: Floats) -> TrunkMotion:
@@ -75,7 +88,7 @@ def trunk_motion(back: Floats) -> TrunkMotion:
 
 
 def shift_only(back: Floats) -> TrunkMotion:
-    """Translation alone, for back markers that do not fix a rotation."""
+    """Take the mean shift alone, for back markers that do not fix a rotation."""
     centre = np.mean([bridge(back[:, i]) for i in range(back.shape[1])], axis=0)
     rotation = np.broadcast_to(np.eye(3), (len(back), 3, 3)).copy()
     return TrunkMotion(rotation, centre, centre.mean(axis=0))
