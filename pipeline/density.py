@@ -43,7 +43,7 @@ class Setting:
 
 
 def marker_noise(recording: MarkerRecording, n_cycles: int, floor: float) -> float:
-    """Standard deviation (m) of a value of the mean breath, from the recording's fast flicker.
+    """Estimate the noise (m) of a value of the mean breath from the recording's fast flicker.
 
     Third differences see noise and hardly any breath. Files that were low-passed look noiseless,
     so the instrument's own error is the least that is believed.
@@ -51,7 +51,7 @@ def marker_noise(recording: MarkerRecording, n_cycles: int, floor: float) -> flo
     third = np.diff(recording.positions, n=3, axis=0)
     finite = third[np.isfinite(third)]
     fast = float(np.sqrt(np.mean(finite**2) / 20.0)) if len(finite) else 0.0
-    return max(floor, fast / np.sqrt(max(n_cycles, 1)))
+    return float(max(floor, fast / max(n_cycles, 1) ** 0.5))
 
 
 def set_up(
@@ -63,6 +63,14 @@ def set_up(
     scale: float,
     upper: float,
 ) -> Setting:
+    """Bring emulator and data together.
+
+    Parameters
+    ----------
+    target : (n_frames, n_markers, 3), m, the measured mean breath
+    markers : (n,), indices of the markers that count
+    best : (4,), levels where the residual is judged; noise, scale : m, as in `Setting`
+    """
     evidence = gather(emulator, target, markers)
     difference = without_offset(target - predict(emulator, best[None])[0])[:, markers]
     channels = difference.reshape(len(difference), -1)

@@ -1,4 +1,4 @@
-"""A cheap stand-in for the torso: principal components of the markers' motion and a Gaussian process.
+"""A cheap stand-in for the torso: principal components of the motion and Gaussian processes.
 
 Inputs are square roots of the levels: real breaths use small ones, and there the runs are dense.
 """
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import minimize
+from scipy.optimize import Bounds, minimize
 
 from sim.errors import InputError
 
@@ -88,7 +88,7 @@ def _algebra(x: Floats, lengths: Floats, nugget: float) -> _Algebra:
     covariance[np.diag_indices(len(x))] += nugget
     factor = cho_factor(covariance, lower=True)
     inverse = cho_solve(factor, np.eye(len(x)))
-    spread = np.linalg.inv(trend.T @ inverse @ trend)
+    spread = np.asarray(np.linalg.inv(trend.T @ inverse @ trend), dtype=np.float64)
     estimator = spread @ trend.T @ inverse
     log_det = 2 * np.sum(np.log(np.diag(factor[0]))) - np.linalg.slogdet(spread)[1]
     return _Algebra(
@@ -108,12 +108,17 @@ def _fit_process(x: Floats, y: Floats) -> tuple[Floats, float]:
         variance = max(float(y @ algebra.inverse @ y) / freedom, 1e-30)
         centre, width = LOG_LENGTH_PRIOR
         prior = 0.5 * np.sum(((parameters[:-1] - centre) / width) ** 2)
-        return 0.5 * (freedom * np.log(variance) + algebra.log_det) + float(prior)
+        return float(0.5 * (freedom * np.log(variance) + algebra.log_det) + prior)
 
     start = np.append(np.zeros(x.shape[1]), LOG_NUGGET_START)
-    bounds = [LOG_LENGTH_RANGE] * x.shape[1] + [LOG_NUGGET_RANGE]
-    options = {"maxiter": MAX_ITERATIONS}
-    found = minimize(negative_log, start, method="L-BFGS-B", bounds=bounds, options=options).x
+    low, high = np.array([LOG_LENGTH_RANGE] * x.shape[1] + [LOG_NUGGET_RANGE]).T
+    found = minimize(
+        negative_log,
+        start,
+        method="L-BFGS-B",
+        bounds=Bounds(low, high),
+        options={"maxiter": MAX_ITERATIONS},
+    ).x
     return np.exp(found[:-1]), float(np.exp(found[-1]))
 
 
@@ -135,8 +140,8 @@ def build_emulator(levels: Floats, displacement: Floats) -> Emulator:
     """
     if len(levels) < MIN_RUNS:
         raise InputError(
-            f"emulator: {len(levels)} runs that did not fail. At least {MIN_RUNS} are needed: raise "
-            "fit.n_initial or lower fit.upper_level."
+            f"emulator: {len(levels)} runs that did not fail. At least {MIN_RUNS} are needed: "
+            "raise fit.n_initial or lower fit.upper_level."
         )
     values = displacement.reshape(len(levels), -1)
     mean, basis = _components(values)

@@ -35,12 +35,13 @@ class FitResult:
 
     Parameters
     ----------
-    levels : (4,), maximum activation of `groups`; cost : m, of the best run
+    levels : (4,), maximum activation of `groups`; cost : m, of the best run; cost_still : m, of
+        not moving at all
     stop : how the search ended; warnings : one line each
     time : (n_frames,), s from onset; positions : (n_frames, n_markers, 3), m, markers of the
         best run in the recording's axes; lung_volume : (n_frames,), m3
     inspiration_time, expiration_time, pause_time : s, of the simulated breath
-    fit_scale, rotation, translation, points, residual, landmarks : the registration, as in `Registration`
+    fit_scale, rotation, translation, points, residual, landmarks : as in `Registration`
     trace_levels : (n, 4), trace_cost : (n,), m, every run in order; NaN for a failed one
     run_levels : (n, 4), run_displacement : (n, n_frames, n_markers, 3), m, the runs that did not
         fail, each marker's mean removed: training data of the emulator
@@ -55,6 +56,7 @@ class FitResult:
     groups: tuple[str, ...]
     levels: Floats
     cost: float
+    cost_still: float
     stop: Stop
     warnings: tuple[str, ...]
     time: Floats
@@ -140,6 +142,7 @@ def fit_breath(
         groups=GROUPS,
         levels=trials.levels[best],
         cost=float(trials.cost[best]),
+        cost_still=trials.still_cost(),
         stop=found.stop,
         warnings=warnings,
         time=trials.time,

@@ -39,7 +39,7 @@ class LevelFit:
 
 
 def counted_markers(recording: MarkerRecording, which: str) -> NDArray[np.int64]:
-    """Indices of the markers that count: all of them, or the front column if there is one."""
+    """Return the indices of the markers that count: all, or the front column if there is one."""
     if which == "sagittal" and recording.sagittal:
         return np.array(recording.sagittal)
     return np.arange(recording.positions.shape[1])
@@ -52,7 +52,7 @@ def bound_simulator(
     timing: tuple[float, float, float],
     rate: float,
 ) -> Simulator:
-    """The torso with the markers on it; timing is inspiration, expiration and pause, s."""
+    """Put the markers on the torso; timing is inspiration, expiration and pause, s."""
     return model.simulator(
         registration.fit_scale,
         posture,

@@ -63,7 +63,7 @@ def gather(emulator: Emulator, target: Floats, markers: NDArray[np.int64]) -> Ev
     difference = without_offset(target).ravel()[seen] - emulator.mean[seen]
     orthonormal, turn = np.linalg.qr(emulator.basis[:, seen].T)
     projected = orthonormal.T @ difference
-    left = float(max(difference @ difference - projected @ projected, 0.0))
+    left = max(float(difference @ difference) - float(projected @ projected), 0.0)
     return Evidence(projected=projected, turn=turn, left=left, n_values=int(seen.sum()))
 
 
@@ -96,7 +96,7 @@ def effective_values(residual: Floats) -> float:
     eigenvalues = np.linalg.eigvalsh(centred.T @ centred)
     apparent = total**2 / float(np.sum(eigenvalues**2))
     channels = 1.0 / max(1.0 / apparent - 1.0 / frames, 1.0 / n_channels)
-    return max(1.0, frames * channels)
+    return float(max(1.0, frames * channels))
 
 
 def log_likelihood(

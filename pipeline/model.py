@@ -17,9 +17,14 @@ class Surface(Protocol):
     """Skin at rest: vertices (n, 3) m, faces (m, 3)."""
 
     @property
-    def vertices(self) -> Floats: ...
+    def vertices(self) -> Floats:
+        """Give (n, 3), m."""
+        ...
+
     @property
-    def faces(self) -> NDArray[np.int64]: ...
+    def faces(self) -> NDArray[np.int64]:
+        """Give (m, 3)."""
+        ...
 
 
 class Runs(Protocol):
@@ -30,13 +35,24 @@ class Runs(Protocol):
     """
 
     @property
-    def time(self) -> Floats: ...
+    def time(self) -> Floats:
+        """Give (n_frames,), s."""
+        ...
+
     @property
-    def positions(self) -> Floats: ...
+    def positions(self) -> Floats:
+        """Give (n, n_frames, n_markers, 3), m."""
+        ...
+
     @property
-    def lung_volume(self) -> Floats: ...
+    def lung_volume(self) -> Floats:
+        """Give (n, n_frames), m3."""
+        ...
+
     @property
-    def failed(self) -> NDArray[np.bool_]: ...
+    def failed(self) -> NDArray[np.bool_]:
+        """Give (n,)."""
+        ...
 
 
 class Simulator(Protocol):

@@ -197,9 +197,8 @@ def minimise(
     penalty : cost of a failed run, finite
     """
     if algorithm not in ALGORITHMS:
-        raise ParameterError(
-            f"settings: fit.algorithm: '{algorithm}' is unknown. Use one of {', '.join(ALGORITHMS)}."
-        )
+        known = ", ".join(ALGORITHMS)
+        raise ParameterError(f"settings: fit.algorithm: '{algorithm}' is unknown. Use {known}.")
     ledger = _Ledger(evaluate, penalty)
     lockstep = _Lockstep(ledger, len(starts))
     stops: dict[int, Stop] = {}

@@ -121,7 +121,7 @@ def _target(
     landmarks: dict[str, Floats],
     free_scale: bool,
 ) -> _Target:
-    kept = {old: new for new, old in enumerate(np.flatnonzero(seen))}
+    kept = {int(old): new for new, old in enumerate(np.flatnonzero(seen))}
     named = [i for i in kept if names[i] in landmarks]
     places = np.array([landmarks[names[i]] for i in named]).reshape(-1, 3)
     heights = [landmarks[n][2] for n in ("CLAV", "NAVEL") if n in landmarks]
@@ -166,7 +166,7 @@ def register(
         axes (body axes), NaN for a marker that is never seen there
     names : canonical names, "" where none; sagittal : indices of the front column
     """
-    seen = np.isfinite(markers).all(axis=1)
+    seen = np.asarray(np.isfinite(markers).all(axis=1))
     if not seen.any():
         raise InputError("registration: no marker is visible at the end of expiration. Check gaps.")
     free_scale = int(seen.sum()) >= settings.min_scale_markers

@@ -47,7 +47,8 @@ def _run_ensemble(
     """Chain (n_steps, n_walkers, n_parameters), its autocorrelation times, its acceptance."""
     moves = [(emcee.moves.DEMove(), 0.8), (emcee.moves.DESnookerMove(), 0.2)]
     sampler = emcee.EnsembleSampler(*start.shape, log_density, moves=moves, vectorize=True)
-    random = np.random.RandomState(seed).get_state()  # noqa: NPY002  emcee knows no Generator
+    # emcee knows no Generator
+    random = np.random.RandomState(seed).get_state()
     state = emcee.State(start, random_state=random)
     tau = np.full(start.shape[1], np.inf)
     while sampler.iteration < max_steps:

@@ -1,4 +1,4 @@
-"""One row of the error table: a model's breath against breaths of a recording, and its baselines."""
+"""One row of the error table: a model's breath and its baselines against recorded breaths."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Breath:
 
 
 def _others_mean(frames: CycleFrames, source: CycleFrames, grid: Floats, period: float) -> Floats:
-    """What the mean of the other breaths in `source` says about each frame of `frames`."""
+    """Predict each frame of `frames` by the mean of the other breaths in `source`."""
     warped = mean_cycle(source, grid)
     result = np.full_like(frames.measured, np.nan)
     for number in np.unique(frames.cycle):

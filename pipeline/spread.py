@@ -31,7 +31,7 @@ class CycleSpread:
 
 
 def _slope(setting: Setting, levels: Floats) -> Floats:
-    """Derivative (n_components, 4), m, of the components in the data's space."""
+    """Differentiate the components in the data's space by the levels: (n_components, 4), m."""
     steps = STEP * np.eye(len(levels))
     high = np.clip(levels + steps, 0, setting.upper)
     low = np.clip(levels - steps, 0, setting.upper)

@@ -95,7 +95,7 @@ class _Parts:
 def _simulate(
     fit: FitResult, model: BreathModel, settings: FitSettings
 ) -> Callable[[Floats], Floats]:
-    """Runs of the fitted torso: (n, 4) levels to displacement, NaN where a run failed."""
+    """Return a function from (n, 4) levels to displacement, NaN where a run failed."""
     registration = Registration(
         fit_scale=fit.fit_scale,
         rotation=fit.rotation,
