@@ -30,7 +30,7 @@ from sim.errors import InputError
 
 MIN_FRAMES = 20
 # a rotation is not trusted that magnifies the scatter of a back marker more than so at the front
-MAX_LEVERAGE = 3.0
+MAX_LEVERAGE = 2.5
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
