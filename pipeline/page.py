@@ -23,14 +23,16 @@ Rows = list[dict[str, str]]
 
 def number(value: Any, digits: int = 3) -> str:
     """Return `value` with so many significant digits; a dash for what is missing."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int) or (isinstance(value, str) and re.fullmatch(r"-?\d+", value)):
+        return str(value)
     try:
         given = float(value)
     except (TypeError, ValueError):
         return "–" if value in (None, "") else str(value)
     if not math.isfinite(given):
         return "–"
-    if given == int(given) and abs(given) < 1e6 and isinstance(value, int):
-        return str(value)
     if given == 0:
         return "0"
     places = max(0, digits - 1 - math.floor(math.log10(abs(given))))
@@ -40,6 +42,12 @@ def number(value: Any, digits: int = 3) -> str:
 def words(key: str) -> str:
     """Return a key as words: `external_intercostals` → `external intercostals`."""
     return key.replace("_", " ")
+
+
+def sentence(line: str) -> str:
+    """Return a line with a capital and a full stop."""
+    text = line.strip()
+    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
 
 
 def read_rows(path: Path) -> Rows:
@@ -108,6 +116,7 @@ def environment() -> jinja2.Environment:
     )
     made.filters["number"] = number
     made.filters["words"] = words
+    made.filters["sentence"] = sentence
     made.globals["css"] = Markup((TEMPLATES / "page.css").read_text(encoding="utf-8"))
     return made
 

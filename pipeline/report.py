@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import page, status
+from pipeline import report_tables as tables
 from pipeline.records import write_text
 from pipeline.summary import summarise
 
@@ -49,35 +50,18 @@ FIGURES = (
     "ribs",
     "posterior",
 )
+HEAD = ("status", "stage", "recording", "summary", "reason", "run", "warnings", "notes")
 LIBRARIES = ("numpy", "scipy", "numba", "mujoco", "nlopt", "emcee", "arviz", "ezc3d", "snakemake")
-UNITS = (
-    ("_mm_s", " (mm/s)"),
-    ("_mm", " (mm)"),
-    ("_s", " (s)"),
-    ("_hz", " (Hz)"),
-    ("_m", " (m)"),
-)
-
-
-def heading(key: str) -> str:
-    """Return a column's key as a heading: `error_p_mm` → `error p (mm)`."""
-    for suffix, unit in UNITS:
-        if key.endswith(suffix):
-            return page.words(key.removesuffix(suffix)) + unit
-    return page.words(key)
-
-
-def columns(rows: page.Rows, leave_out: Iterable[str] = ()) -> list[tuple[str, str]]:
-    """Return (key, heading) of the columns of a table, in its order."""
-    keys = list(rows[0]) if rows else []
-    return [(key, heading(key)) for key in keys if key not in set(leave_out)]
 
 
 def _facts(content: Mapping[str, Any], leave_out: Iterable[str]) -> Pairs:
-    hidden = {"status", "stage", "recording", "summary", "run", "warnings", "notes", *leave_out}
-    shown = {key: value for key, value in content.items() if key not in hidden}
-    pairs = [(key, value) for key, value in page.flat(shown) if "warnings" not in key]
-    return [(heading(key.replace(".", ": ")), value) for key, value in pairs]
+    hidden = {*HEAD, *leave_out}
+    pairs = [
+        (key.removeprefix("quality."), value)
+        for key, value in page.flat(content)
+        if hidden.isdisjoint(key.split("."))
+    ]
+    return [(tables.heading(key.replace(".", ": ")), value) for key, value in pairs]
 
 
 def _libraries() -> Pairs:
@@ -130,7 +114,11 @@ def context(folder: Path) -> dict[str, Any]:
     records = {stage: status.read_status(folder, stage) for stage in status.RECORDS}
     bad = status.first_problem(folder)
     problem = str(bad["reason"]) if bad else ""
-    tables = {name: page.read_rows(folder / f"{name}.csv") for name in TABLES}
+    cycles, errors, activations = (
+        page.read_rows(folder / f"{name}.csv") for name in ("cycles", "errors", "activations")
+    )
+    markers = records["markers"]
+    names = dict(zip(markers.get("labels", ()), markers.get("names", ()), strict=False))
     paper = page.read_rows(page.TABLES / "dilorenzo_table_5_2.csv")
     run_facts, setting_facts = _ran(records)
     return {
@@ -139,33 +127,30 @@ def context(folder: Path) -> dict[str, Any]:
         "records": records,
         "problem": problem,
         "problem_stage": bad["stage"] if bad else "",
-        "summary": summarise(records, tables["errors"], tables["activations"], problem),
+        "summary": summarise(records, errors, activations, problem),
         "parts_of_report": PARTS,
         "figures": {name: page.inline_svg(folder / f"{name}.svg") for name in FIGURES},
-        "input_facts": _facts(records["markers"], ()),
+        "tables": tables,
+        "input_facts": _facts(markers, ("labels", "names", "noise_mm", "gaps")),
+        "marker_rows": tables.marker_table(markers.get("quality", {}), names),
         "signature_facts": _facts(records["signature"], ()),
         "search_facts": _facts(records["fit"], ("levels", "errors")),
-        "cycles": tables["cycles"],
-        "cycle_columns": columns(tables["cycles"]),
-        "errors": tables["errors"],
-        "error_columns": columns(tables["errors"]),
-        "verdicts": [],
+        "cycles": cycles,
+        "cycle_columns": tables.columns(cycles),
+        "errors": tables.error_table(errors),
+        "verdicts": tables.verdicts(errors),
         "paper_rows": paper,
-        "paper_columns": columns(paper, ("source",)),
-        "activations": tables["activations"],
-        "activation_columns": columns(tables["activations"]),
+        "paper_columns": tables.columns(paper, ("source",)),
+        "levels": tables.level_table(activations),
+        "cycle_levels": tables.cycle_table(activations),
+        "sampling_facts": _facts(records["posterior"], ("correlation", "identifiability")),
         "identifiability": records["posterior"].get("identifiability", []),
-        "levels": [],
-        "level_columns": [],
         "run_facts": run_facts,
         "setting_facts": setting_facts,
         "library_facts": _libraries(),
         "citations": [row["text"] for row in page.read_rows(page.TABLES / "citations.csv")],
         "warnings": page.messages(records),
     }
-
-
-TABLES = ("cycles", "errors", "activations")
 
 
 def write_report(folder: Path, path: Path) -> Path:

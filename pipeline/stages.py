@@ -12,6 +12,7 @@ import numpy as np
 
 from pipeline import records
 from pipeline.job import Job
+from pipeline.report_tables import main_error
 from pipeline.run import Content, Stage
 
 if TYPE_CHECKING:
@@ -25,12 +26,17 @@ def _seconds(text: str) -> float | None:
     return float(text) if text else None
 
 
+def _cell(value: Any) -> Any:
+    """Return what a table shows: nothing for not-a-number."""
+    return "" if isinstance(value, float) and not np.isfinite(value) else value
+
+
 def _write_rows(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     stream = io.StringIO()
     if rows:
         writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
         writer.writeheader()
-        writer.writerows(rows)
+        writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
     records.write_text(path, stream.getvalue())
 
 
@@ -123,7 +129,7 @@ def _cycle_rows(found: BreathSignature) -> list[dict[str, Any]]:
             "used": "yes" if used else "no",
             "why_not": why_not,
         }
-        for number, (onset, peak, end, used, why_not) in enumerate(events, start=1)
+        for number, (onset, peak, end, used, why_not) in enumerate(events)
     ]
 
 
@@ -159,7 +165,8 @@ def fit(job: Job, folder: Path, processes: int) -> Content:
     records.save(result, folder / "fit.npz")
     _write_rows(folder / "errors.csv", result.errors)
     _draw_fit(folder, recording, found, result)
-    error, still = result.errors[0]["error_p_mm"], result.errors[0]["error_p_still_mm"]
+    main = main_error(result.errors)
+    error, still = float(main["error_p_mm"]), float(main["error_p_still_mm"])
     return {
         "summary": f"error {error:.2f} mm, not moving {still:.2f} mm",
         "levels": dict(zip(result.groups, result.levels.tolist(), strict=True)),
@@ -204,7 +211,8 @@ def _draw_fit(
         ),
         "trace": draw.trace_svg(
             cost=result.trace_cost,
-            still=float(result.errors[0]["error_p_still_mm"]) / 1e3,
+            # The search begins at rest.
+            still=float(result.trace_cost[0]),
             levels=result.trace_levels,
             groups=result.groups,
         ),

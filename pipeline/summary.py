@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipeline.page import SUBJECT_MEAN, Rows, number, words
+from pipeline.report_tables import main_error, share_of_still
 
 # Below this part of the largest level a group is said to be near rest.
 NEAR_REST = 0.1
@@ -42,17 +43,11 @@ def _breathing(signature: Mapping[str, Any]) -> tuple[list[str], list[tuple[str,
     return [sentence], [(f"{number(rate, 2)} / min", "breathing rate")]
 
 
-def main_error(errors: Rows) -> Mapping[str, str] | None:
-    """Return the row over all markers of the signature fit."""
-    return errors[0] if errors else None
-
-
 def _closeness(errors: Rows) -> tuple[list[str], list[tuple[str, str]]]:
     row = main_error(errors)
-    if row is None:
+    if not row:
         return [], []
-    error, still = _float(row, "error_p_mm"), _float(row, "error_p_still_mm")
-    share = error / still if still > 0 else math.nan
+    error, still, share = row["error_p_mm"], row["error_p_still_mm"], share_of_still(row)
     if not math.isfinite(share):
         return ["The markers do not move, so the fit says nothing."], []
     if share >= 1:
@@ -62,8 +57,9 @@ def _closeness(errors: Rows) -> tuple[list[str], list[tuple[str, str]]]:
         )
     else:
         text = (
-            f"The simulated markers stay within {number(error, 2)} mm of the measured ones on"
-            f" average; a torso that does not move would miss them by {number(still, 2)} mm."
+            f"Over these breaths the simulated markers are {number(error, 2)} mm from the measured"
+            f" ones on average; a torso that does not move would miss them by"
+            f" {number(still, 2)} mm."
         )
     return [text], [
         (f"{number(error, 2)} mm", "mean error of the markers"),
@@ -85,7 +81,12 @@ def _levels(activations: Rows) -> list[str]:
     resting = [
         words(g) for g, row in known.items() if _float(row, "high") < max(NEAR_REST * largest, 0.01)
     ]
-    text = f"Largest activations, from 0 to 1, with their intervals: {'; '.join(said)}."
+    percent = number(100 * _float(next(iter(known.values())), "probability"), 2)
+    text = (
+        "How strongly each muscle group works at the height of a breath, from 0 (rest) to 1 (all"
+        f" it has), with the range that holds it with {percent} % probability:"
+        f" {'; '.join(said)}."
+    )
     if resting:
         text += f" Near rest: {', '.join(resting)}."
     return [text]

@@ -12,8 +12,7 @@ from typing import Any
 
 from pipeline import page, status
 from pipeline.records import write_text
-from pipeline.report import columns
-from pipeline.summary import main_error
+from pipeline.report_tables import columns, main_error
 
 ERROR_COLUMNS = (
     "recording",
@@ -57,7 +56,7 @@ def error_rows(results: Path, names: Sequence[str]) -> page.Rows:
     for name in names:
         folder = results / name
         bad = status.first_problem(folder)
-        row = dict(main_error(page.read_rows(folder / "errors.csv")) or {})
+        row = dict(main_error(page.read_rows(folder / "errors.csv")))
         row |= {group: found["level"] for group, found in subject_levels(folder).items()}
         row |= {"recording": name, "subject": _subject(folder), "source": "this study"}
         row["status"] = str(bad["reason"]) if bad else status.OK

@@ -26,21 +26,20 @@ STYLE = {
     "lines.linewidth": 1.3,
     "path.simplify_threshold": 0.5,
 }
+mpl.rcParams.update(STYLE)
 
 
 def panels(
     rows: int, columns: int, *, width: float, height: float, share_x: bool = False
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure, width and height in inches, and its axes row by row."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(width, height), layout="constrained")
-        axes = figure.subplots(rows, columns, squeeze=False, sharex=share_x)
+    figure = Figure(figsize=(width, height), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=share_x)
     return figure, list(axes.flat)
 
 
 def as_svg(figure: Figure) -> str:
     """Return the figure as SVG, the same text for the same drawing."""
     stream = io.StringIO()
-    with mpl.rc_context(STYLE):
-        figure.savefig(stream, format="svg", metadata={"Date": None})
+    figure.savefig(stream, format="svg", metadata={"Date": None})
     return stream.getvalue()

@@ -108,7 +108,9 @@ def markers_time_svg(
         (SIMULATED, (0, (4, 2)), "simulated, up"),
     ):
         axes[0].plot([], [], color=colour, ls=dashes, label=text)
-    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=7, ncols=4, loc="outside upper left")
+    figure.legend(
+        *axes[0].get_legend_handles_labels(), fontsize=7, ncols=4, loc="outside upper left"
+    )
     axes[0].set_ylabel("mm")
     figure.supxlabel("s from the onset", fontsize=8)
     return as_svg(figure)

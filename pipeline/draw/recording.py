@@ -70,9 +70,7 @@ def input_svg(
     return as_svg(figure)
 
 
-def _stripes(
-    axis: Axes, measured: Bools, rate: float, start: float, shown: Sequence[str]
-) -> None:
+def _stripes(axis: Axes, measured: Bools, rate: float, start: float, shown: Sequence[str]) -> None:
     parts = np.array_split(measured, min(N_STRIPES, len(measured)))
     share = np.stack([part.mean(axis=0) for part in parts])
     edges = start + np.linspace(0, len(measured) / rate, len(parts) + 1)
@@ -81,9 +79,7 @@ def _stripes(
         axis.plot(edges[[0, -1]], [row, row], color=FAINT, lw=3, solid_capstyle="butt")
         for gap in gaps:
             depth = float(share[gap, row])
-            axis.plot(
-                edges[gap : gap + 2], [row, row], color=SIMULATED, lw=3, alpha=1 - depth
-            )
+            axis.plot(edges[gap : gap + 2], [row, row], color=SIMULATED, lw=3, alpha=1 - depth)
     axis.set_yticks(range(len(shown)), shown, fontsize=6)
     axis.invert_yaxis()
     axis.set_title("seen (grey) and missing (orange)")
