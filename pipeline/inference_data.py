@@ -17,7 +17,7 @@ with warnings.catch_warnings():
 
 
 def to_inference_data(posterior: Posterior) -> Any:
-    """Make groups `posterior` and `posterior_predictive` (the next breath); figures as attributes."""
+    """Make groups `posterior` and `posterior_predictive` (next breath), figures as attributes."""
     dims = {name: ["group"] for name in ("level", "level_without_discrepancy", "next_breath_level")}
     data = arviz.from_dict(
         posterior={
