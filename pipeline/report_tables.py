@@ -26,10 +26,9 @@ SCOPES = {
     "heldout": "breaths held out",
     "heldout_steady": "breaths held out, drift left out",
 }
-MARKERS = {"all": "all markers", "sagittal": "front midline"}
+MARKERS = {"all": "all markers", "sagittal": "the front midline"}
 ERROR_COLUMNS: Columns = [
     ("what", "against"),
-    ("markers", "markers"),
     ("n_cycles", "breaths"),
     ("error_p_mm", "error p (mm)"),
     ("error_p_still_mm", "not moving (mm)"),
@@ -99,12 +98,12 @@ def error_table(errors: Rows) -> Rows:
     table = []
     for row in errors:
         scope, _, markers = row["scope"].rpartition("_")
-        what = {
+        said = {
             "what": SCOPES.get(scope, words(row["scope"])),
-            "markers": MARKERS.get(markers, ""),
+            "markers": MARKERS.get(markers, words(markers)),
             "share": number(share_of_still(row), 2),
         }
-        table.append({**row, **what})
+        table.append({**row, **said})
     return table
 
 
