@@ -137,8 +137,10 @@ def _smoothed(signal: Floats, rate: float, cutoff: float) -> Floats:
 
 def _turns(smooth: Floats, rate: float, settings: SignatureSettings) -> tuple[list[int], list[int]]:
     """Frames of troughs and peaks, in turn, every trough before its peak."""
-    size = _local_size(smooth, rate, settings.local_s)
-    need = settings.hysteresis * size
+    # the smaller of near and far: neither a sigh nor the deep part of a recording hides the rest
+    near, far = (_local_size(smooth, rate, s) for s in (settings.local_s, 2.5 * settings.local_s))
+    size = np.minimum(near, far)
+    need = np.maximum(settings.hysteresis * size, settings.smallest_share * _overall_size(smooth))
     troughs: list[int] = []
     peaks: list[int] = []
     lowest = highest = 0
@@ -185,6 +187,12 @@ def _local_size(smooth: Floats, rate: float, window: float) -> Floats:
         sizes.append(_weighted_median(heights[near]) if near.any() else np.nan)
     known = np.isfinite(sizes)
     return np.interp(np.arange(len(smooth)), centres[known], np.asarray(sizes)[known])
+
+
+def _overall_size(smooth: Floats) -> float:
+    _, properties = scipy.signal.find_peaks(smooth, prominence=0.0)
+    heights = properties["prominences"]
+    return _weighted_median(heights) if heights.size else float(np.ptp(smooth))
 
 
 def _weighted_median(heights: Floats) -> float:

@@ -35,6 +35,7 @@ class SignatureSettings:
     search_hz : low-pass of the signal in the first search for turning points
     hysteresis : share of the local breath size that a turn must come back to count
     local_s : s on either side over which breath size is taken
+    smallest_share : turns smaller than this share of the recording's breath size never count
     min_duration_s : shorter recordings hold no readable breath
     min_amplitude_m : smallest median breath, root mean square over the markers
     max_travel_m, max_tilt_rad : of the trunk; beyond, no breath can be told from the motion
@@ -48,6 +49,7 @@ class SignatureSettings:
     search_hz: float
     hysteresis: float
     local_s: float
+    smallest_share: float
     min_duration_s: float
     min_amplitude_m: float
     max_travel_m: float
