@@ -211,8 +211,7 @@ def _draw_fit(
         ),
         "trace": draw.trace_svg(
             cost=result.trace_cost,
-            # The search begins at rest.
-            still=float(result.trace_cost[0]),
+            still=result.cost_still,
             levels=result.trace_levels,
             groups=result.groups,
         ),
