@@ -27,9 +27,14 @@ STUDY_FILE = Path("config/config.yaml")
 TABLES = ("recordings", "subjects")
 
 
+def nearest_words(word: str, known: Iterable[str], count: int = 3) -> list[str]:
+    """Return the known words that look like `word`, the nearest first."""
+    return difflib.get_close_matches(word, list(known), n=count, cutoff=0.6)
+
+
 def nearest(word: str, known: Iterable[str], count: int = 3) -> str:
-    """Return ' Did you mean a, b?' with the known words nearest to `word`, or ''."""
-    close = difflib.get_close_matches(word, list(known), n=count, cutoff=0.5)
+    """Return ' Did you mean a or b?' with the known words nearest to `word`, or ''."""
+    close = nearest_words(word, known, count)
     return f" Did you mean {' or '.join(close)}?" if close else ""
 
 

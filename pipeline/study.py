@@ -165,6 +165,12 @@ def _file_problem(file: Path, column: str) -> str:
     return ""
 
 
+def _beside(table: Path, cell: str) -> Path:
+    """Return the file a cell names, as seen from the current folder where it is inside."""
+    file, here = (table.parent / cell).resolve(), Path.cwd().resolve()
+    return file.relative_to(here) if file.is_relative_to(here) else file
+
+
 def _span_problem(row: Row) -> str:
     if row["start_s"] and row["end_s"] and float(row["start_s"]) >= float(row["end_s"]):
         return f"start_s {row['start_s']} is not before end_s {row['end_s']}. Exchange them."
@@ -186,8 +192,8 @@ def read_study(recordings: Path, subjects: Path) -> Study:
     entries = []
     for row in rows:
         name = row["recording"]
-        file = recordings.parent / row["path"]
-        markers = recordings.parent / row["markers"] if row["markers"] else None
+        file = _beside(recordings, row["path"])
+        markers = _beside(recordings, row["markers"]) if row["markers"] else None
         bad_name = _name_problem(name, counts[name])
         problem = (
             bad_name

@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from pipeline import configuration
-from pipeline.configuration import STUDY_FILE, nearest
+from pipeline.configuration import STUDY_FILE, nearest_words
 from pipeline.job import make_job
 from pipeline.study import Entry, Study, read_study
 from sim.errors import InputError
@@ -89,8 +89,11 @@ def check_targets(targets: Collection[str], rules: Collection[str], study: Study
     for target in map(_normal, targets):
         if target in (*reports, *PAGES, *rules) or target.startswith(("results/", "logs/")):
             continue
-        known = nearest(target, (*reports, *PAGES))
-        listed = known or f" There are: {', '.join((*reports[:8], *PAGES))}."
+        stems = {PurePosixPath(page).stem: page for page in (*PAGES, *reports)}
+        close = nearest_words(PurePosixPath(target).stem, stems)
+        near = " or ".join(stems[stem] for stem in close)
+        some = ", ".join((*reports[:8], *PAGES))
+        listed = f" Did you mean {near}?" if near else f" There are: {some}."
         entry = _unreportable(target, study)
         why = f" ({entry.problem})" if entry else ""
         raise InputError(f"{target}: nothing of this name can be made{why}.{listed}")

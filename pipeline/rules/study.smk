@@ -12,7 +12,7 @@ rule error_table:
         problems="\n".join(plan.lost),
         version=places.version(),
     shell:
-        "pleura tabulate {params.names:q} --problems {params.problems:q} 2> {log:q}"
+        "pleura tabulate {params.names:q} --problems={params.problems:q} 2> {log:q}"
 
 
 rule group:
@@ -27,4 +27,4 @@ rule group:
         problems="\n".join(plan.lost),
         version=places.version(),
     shell:
-        "pleura group {params.names:q} --problems {params.problems:q} 2> {log:q}"
+        "pleura group {params.names:q} --problems={params.problems:q} 2> {log:q}"
