@@ -97,7 +97,7 @@ def _files(path: Path) -> list[Path]:
 
 
 def _labels_of_files(files: list[Path]) -> list[str]:
-    """What differs between the names: `a-LAC-1.csv`, `a-UAC-1.csv` are LAC and UAC."""
+    """Take what differs between the names: `a-LAC-1.csv`, `a-UAC-1.csv` are LAC and UAC."""
     parts = [re.split(r"[-_ ]", file.stem) for file in files]
     if len(files) == 1:
         words = [w for w in parts[0] if re.fullmatch(r"[A-Za-z]{2,}\d*", w)]

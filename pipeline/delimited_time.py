@@ -37,7 +37,7 @@ def row_times(table: Table, assumed_rate: float, notes: list[str]) -> tuple[Floa
 
 
 def _by_counter(table: Table, frames: Floats, seconds: Floats, notes: list[str]) -> Floats:
-    """Times by the frame counter: single stamps can be wrong, the median step is not."""
+    """Take times from the frame counter: single stamps can be wrong, the median step is not."""
     moving = np.diff(frames) > 0
     if not moving.any():
         _step(table, frames)

@@ -104,7 +104,7 @@ def read_map(path: Path) -> dict[str, str]:
 
 
 def virtual_segments(labels: tuple[str, ...]) -> set[str]:
-    """Ends of computed segment axes: Plug-in Gait writes `PELO PELA PELL PELP` for the pelvis."""
+    """List ends of computed axes: Plug-in Gait writes `PELO PELA PELL PELP` for the pelvis."""
     stems = {label[:-1] for label in labels if label.endswith("O")}
     return {
         stem + end

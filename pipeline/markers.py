@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.axes import body_axes
+from pipeline.body import find_body, front_midline, remove_trunk
 from pipeline.c3d import read_c3d
 from pipeline.conditioning import (
     Bools,
-    bridge,
     decimate,
     fill_gaps,
     low_pass,
@@ -22,15 +21,13 @@ from pipeline.conditioning import (
     seen,
 )
 from pipeline.delimited import is_delimited, read_delimited
-from pipeline.labels import choose_markers, places, read_map, unique_names
+from pipeline.flicker import Flicker, find_flicker, without_flicker
+from pipeline.labels import choose_markers, read_map, unique_names
 from pipeline.raw import Floats, RawMarkers, cut
 from pipeline.settings import MarkerSettings
-from pipeline.trunk import TrunkMotion, leverage, shift_only, trunk_motion
 from sim.errors import InputError
 
 MIN_FRAMES = 20
-# a rotation is not trusted that magnifies the scatter of a back marker more than so at the front
-MAX_LEVERAGE = 2.5
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -103,7 +100,9 @@ def prepare(
     raw, spots, warnings = _drop_unseen(raw.select(keep), spots, settings.min_seen)
     measured = seen(raw.positions)
     noise = noise_level(raw.positions)
-    filled = fill_gaps(raw.positions, math.floor(settings.max_gap_s * raw.rate + 1e-9))
+    flicker = find_flicker(raw.positions, raw.rate, settings.flicker_m)
+    warnings += _flicker_warnings(raw, flicker)
+    filled = _fill(raw, flicker, math.floor(settings.max_gap_s * raw.rate + 1e-9))
     warnings += _gap_warnings(raw, filled, settings.max_gap_s)
     factor = max(1, math.ceil(raw.rate / settings.max_rate_hz - 1e-9))
     rate = raw.rate / factor
@@ -114,8 +113,8 @@ def prepare(
             f"{rate:.3g} Hz: what is faster than {rate / 2:.3g} Hz cannot be seen (laughs, coughs)"
         )
     slow = low_pass(decimate(filled, factor), rate, settings.cutoff_hz)
-    axes, back, axis_notes = _find_body(raw, slow, spots, posture)
-    placed, motion, trunk = _remove_trunk(slow, back, warnings)
+    axes, back, axis_notes = find_body(raw, slow, spots, posture)
+    placed, trunk = remove_trunk(slow, back, warnings)
     body = (placed - np.nanmean(placed, axis=(0, 1))) @ axes.T
     quality = {
         "file": raw.source,
@@ -125,6 +124,13 @@ def prepare(
         "noise_mm": {s: 1e3 * float(v) for s, v in zip(raw.labels, noise, strict=True)},
         "noise_median_m": float(np.median(noise)),
         "gaps": _gap_table(raw, filled),
+        "flicker": {
+            raw.labels[i]: {
+                "jumps": found.n_jumps,
+                "repaired_s": sum(r.stop - r.start for r in found.stretches) / raw.rate,
+            }
+            for i, found in flicker.items()
+        },
         "trunk": trunk,
         "notes": [*raw.notes, *notes, *axis_notes],
         "warnings": warnings,
@@ -138,8 +144,8 @@ def prepare(
         rate=rate,
         start=raw.start,
         posture=posture,
-        sagittal=_sagittal(body, spots),
-        back=tuple(back) if motion is not None else (),
+        sagittal=front_midline(body, spots),
+        back=tuple(back) if trunk["removed"] else (),
         quality=quality,
     )
 
@@ -173,6 +179,24 @@ def _drop_unseen(
     return raw.select(keep), [spots[i] for i in keep], warnings
 
 
+def _fill(raw: RawMarkers, flicker: dict[int, Flicker], max_gap: int) -> Floats:
+    """Fill stretches of flicker whatever their length, and gaps up to `max_gap` frames."""
+    clean = without_flicker(raw.positions, flicker)
+    longest = max(
+        (r.stop - r.start for found in flicker.values() for r in found.stretches), default=0
+    )
+    repaired = np.where(seen(raw.positions)[:, :, None], fill_gaps(clean, longest), np.nan)
+    return fill_gaps(repaired, max_gap)
+
+
+def _flicker_warnings(raw: RawMarkers, flicker: dict[int, Flicker]) -> list[str]:
+    return [
+        f"{raw.labels[i]}: jumps {found.n_jumps} times between two positions;"
+        f" {sum(r.stop - r.start for r in found.stretches) / raw.rate:.2f} s repaired"
+        for i, found in flicker.items()
+    ]
+
+
 def _gap_warnings(raw: RawMarkers, filled: Floats, max_gap: float) -> list[str]:
     out = []
     for label, missing in zip(raw.labels, ~seen(filled).T, strict=True):
@@ -195,86 +219,3 @@ def _gap_table(raw: RawMarkers, filled: Floats) -> dict[str, dict[str, float]]:
         }
         for i, label in enumerate(raw.labels)
     }
-
-
-def _region(spot: str) -> str:
-    if spot in places():
-        return places()[spot].region
-    return {"FRONT": "front", "MID": "front", "SIDE": "side", "BACK": "back"}.get(spot, "")
-
-
-def _find_body(
-    raw: RawMarkers, positions: Floats, spots: list[str], posture: str
-) -> tuple[Floats, list[int], list[str]]:
-    """Axes of the body and the markers on its back."""
-    bridged = np.stack([bridge(positions[:, i]) for i in range(len(spots))], axis=1)
-    mean = bridged.mean(axis=0)
-    moved = bridged - mean
-    axes, notes = body_axes(
-        source=raw.source,
-        mean=mean,
-        motion=np.einsum("fmi,fmj->mij", moved, moved) / len(moved),
-        spots=spots,
-        posture=posture,
-        vertical=raw.vertical,
-    )
-    back = [i for i, spot in enumerate(spots) if _region(spot) == "back"]
-    if not any(_region(spot) for spot in spots):
-        back = _back_by_geometry(mean @ axes.T)
-    return axes, back, notes
-
-
-def _back_by_geometry(places_in_body: Floats) -> list[int]:
-    """Markers near the spine: rearmost third, middle two thirds of the breadth."""
-    depth, breadth = places_in_body[:, 0], places_in_body[:, 1]
-    behind = depth < depth.min() + np.ptp(depth) / 3.0
-    middle = np.abs(breadth - np.median(breadth)) < np.ptp(breadth) / 3.0
-    return [int(i) for i in np.flatnonzero(behind & middle)]
-
-
-def _remove_trunk(
-    positions: Floats, back: list[int], warnings: list[str]
-) -> tuple[Floats, TrunkMotion | None, dict[str, Any]]:
-    """Positions relative to the back, with what was removed."""
-    if len(back) < 3:
-        warnings.append("fewer than 3 markers on the back: motion of the trunk is not removed")
-        return positions, None, {"removed": False}
-    middle = np.nanmean(positions[:, back], axis=0)
-    magnified = leverage(middle, np.nanmean(positions, axis=0))
-    if magnified < MAX_LEVERAGE:
-        motion = trunk_motion(positions[:, back])
-    else:
-        motion = shift_only(positions[:, back])
-        warnings.append(
-            "markers on the back lie too close together, or on one line, to tell how the trunk"
-            " tilts: only its shift is removed"
-        )
-    placed = motion.remove(positions)
-    left = placed[:, back] - np.nanmean(placed[:, back], axis=0)
-    return (
-        placed,
-        motion,
-        {
-            "removed": True,
-            "travel_mm": 1e3 * float(np.linalg.norm(np.ptp(motion.centre, axis=0))),
-            "tilt_deg": float(np.degrees(np.ptp(motion.tilt()))),
-            "leverage": magnified if np.isfinite(magnified) else None,
-        "back_residual_mm": 1e3 * float(np.nanmean(np.linalg.norm(left, axis=2))),
-        },
-    )
-
-
-def _sagittal(body: Floats, spots: list[str]) -> tuple[int, ...]:
-    """Front midline column from top to bottom."""
-    mean = np.nanmean(body, axis=0)
-    named = [
-        i
-        for i, spot in enumerate(spots)
-        if spot == "MID"
-        or (spot in places() and _region(spot) == "front" and places()[spot].nominal[1] == 0.0)
-    ]
-    if not named and not any(_region(spot) for spot in spots):
-        offset = np.abs(mean[:, 1] - 0.5 * (mean[:, 1].max() + mean[:, 1].min()))
-        ahead = mean[:, 0] > mean[:, 0].mean()
-        named = [int(i) for i in np.flatnonzero(ahead & (offset < 0.12 * np.ptp(mean[:, 1])))]
-    return tuple(sorted(named, key=lambda i: -mean[i, 2]))

@@ -178,7 +178,7 @@ def make_raw(
 
 
 def cut(raw: RawMarkers, start_s: float | None, end_s: float | None) -> RawMarkers:
-    """The frames from `start_s` to `end_s` (file time); either may be open."""
+    """Keep the frames from `start_s` to `end_s` (file time); either may be open."""
     n_frames = raw.positions.shape[0]
     last = raw.start + n_frames / raw.rate
     begin = raw.start if start_s is None else start_s
