@@ -27,14 +27,17 @@ HOW = (
     "checked by real runs at the breath's own timing"
 )
 
+NOT_DONE = "not done: too many runs of the torso failed for an emulator"
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CycleFits:
     """Levels (n_cycles, 4) and cost (n_cycles,) m of the breaths `ids`, and what checks said.
 
-    checks : breath, error of the emulator's fit and of a real run with the same levels, mm
+    how : in words; checks : breath, error of the emulator's fit and of a real run with the same levels, mm
     """
 
+    how: str
     ids: NDArray[np.int64]
     levels: Floats
     cost: Floats
@@ -79,6 +82,14 @@ def fit_cycles(
     """Fit every used breath; cost and offset freedom are those of the signature's fit."""
     trials = found.trials
     ids, events = used_cycles(signature)
+    if not trials.enough:
+        return CycleFits(
+            how=NOT_DONE,
+            ids=ids[:0],
+            levels=np.empty((0, len(trials.upper))),
+            cost=np.empty(0),
+            checks=(),
+        )
     targets = mean_cycle(recorded_cycles(recording, signature, ids), trials.time)
     emulator = trials.emulator()
     best = trials.levels[trials.best]
@@ -102,5 +113,5 @@ def fit_cycles(
         for k in chosen
     )
     return CycleFits(
-        ids=ids, levels=levels, cost=np.array([cost for _, cost in fits]), checks=checks
+        how=HOW, ids=ids, levels=levels, cost=np.array([cost for _, cost in fits]), checks=checks
     )

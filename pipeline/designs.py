@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.density import Setting, sample_levels
-from pipeline.emulator import Emulator, build_emulator
+from pipeline.emulator import Emulator, build_emulator, held_out_error
 from pipeline.settings import PosteriorSettings
 
 Floats = NDArray[np.float64]
@@ -18,8 +18,9 @@ Floats = NDArray[np.float64]
 WIDENED = 3.0
 """Factor on the residual while designs are drawn: look wider than believed."""
 N_CHECKED = 20
-"""Most plausible runs whose left-out error stands for the emulator's."""
-DRAFT_STEPS = 400
+"""Likeliest runs whose held-out error stands for the emulator's."""
+N_FOLDS = 3
+DRAFT_STEPS = 250
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -37,10 +38,10 @@ class Designs:
         return cls(levels=levels, displacement=displacement, emulator=emulator)
 
     def plausible_error(self, setting: Setting) -> float:
-        """R.m.s. error (m) of a value, of the likeliest runs, each predicted without itself."""
+        """Held-out error (m) of a value in the likeliest runs."""
         squares = setting.evidence.squares(self.emulator, self.levels)
         likeliest = np.argsort(squares, kind="stable")[:N_CHECKED]
-        return float(np.sqrt(np.mean(self.emulator.leave_one_out[likeliest] ** 2)))
+        return held_out_error(self.levels, self.displacement, likeliest, N_FOLDS)
 
 
 def spread_choice(candidates: Floats, existing: Floats, n: int) -> Floats:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.cycle_fits import HOW, fit_cycles
+from pipeline.cycle_fits import fit_cycles
 from pipeline.error_rows import error_rows, held_out_rows
 from pipeline.level_fit import LevelFit, fit_levels
 from pipeline.model import GROUPS, BreathModel
@@ -164,7 +164,7 @@ def fit_breath(
         cycle_id=cycles.ids,
         cycle_levels=cycles.levels,
         cycle_cost=cycles.cost,
-        cycle_how=HOW,
+        cycle_how=cycles.how,
         cycle_checks=cycles.checks,
         errors=tuple(rows),
         seed=seed,

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.cost import mean_distance, velocity, without_offset
-from pipeline.emulator import Emulator, build_emulator, predict
+from pipeline.emulator import MIN_RUNS, Emulator, build_emulator, predict
 from pipeline.model import Simulator
 from pipeline.optimise import Search, minimise, sobol_points
 from pipeline.registration import Registration
@@ -137,6 +137,11 @@ class Trials:
         )
         return np.asarray(positions - positions.mean(axis=1, keepdims=True))
 
+    @property
+    def enough(self) -> bool:
+        """Whether enough runs succeeded for an emulator."""
+        return int(self.good.sum()) >= MIN_RUNS
+
     def emulator(self) -> Emulator:
         """Emulator of all runs so far."""
         return build_emulator(self.levels[self.good], self.displacement())
@@ -184,11 +189,14 @@ def emulated_best(
 def search(trials: Trials, n_evaluations: int, seed: int) -> Search:
     """Search with real runs: from the emulator's best and from the best runs so far."""
     settings = trials.settings
-    suggested, _ = emulated_best(trials.emulator(), trials.marker_cost(), trials.upper, seed)
     order = np.argsort(np.where(trials.good, trials.cost, np.inf))
-    starts = np.vstack([suggested, trials.levels[order[: settings.n_starts - 1]]])
+    starts = trials.levels[order[: settings.n_starts]]
     step = np.full(len(starts), STEP_ELSEWHERE)
-    step[0] = STEP_AT_EMULATED
+    if trials.enough:
+        cost = trials.marker_cost()
+        suggested, _ = emulated_best(trials.emulator(), cost, trials.upper, seed)
+        starts = np.vstack([suggested, starts[:-1]])
+        step[0] = STEP_AT_EMULATED
     return minimise(
         trials.run,
         lower=np.zeros(N_GROUPS),

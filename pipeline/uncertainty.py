@@ -15,6 +15,7 @@ from pipeline.breaths import recorded_cycles, signature_breath
 from pipeline.cost import mean_cycle
 from pipeline.density import Setting, marker_noise, sample_levels, set_up
 from pipeline.designs import Designs, add_designs
+from pipeline.emulator import MIN_RUNS
 from pipeline.intervals import activation_rows, bounded_interval, correlations, identifiability
 from pipeline.level_fit import bound_simulator, counted_markers
 from pipeline.registration import Registration
@@ -49,7 +50,7 @@ class Posterior:
     next_breath : (n_ensembles, n_draws, 4), levels of a breath not yet seen
     tau, r_hat : (5,), levels and logarithm of the discrepancy
     convergence, converged : how the sampling went
-    emulator_error : m, r.m.s. error of a value in plausible runs left out, one at a time;
+    emulator_error : m, r.m.s. error of a value in plausible runs that it has not seen;
         emulator_share : its square over the residual variance; residual : m, r.m.s. of a value
     noise : m, of a value of the mean breath; n_effective : independent values of n_values
     correlation : (4, 4) between groups; identifiability : in plain language
@@ -115,6 +116,20 @@ def _simulate(
         return np.asarray(positions - positions.mean(axis=1, keepdims=True))
 
     return run
+
+
+def _no_figures(fit: FitResult, settings: PosteriorSettings, seed: int) -> dict[str, Any]:
+    """Fields of a posterior before anything is known."""
+    unknown = dict.fromkeys(("emulator_error", "emulator_share", "residual", "noise"), np.nan)
+    return unknown | {
+        "name": fit.name,
+        "groups": fit.groups,
+        "n_runs": len(fit.run_levels),
+        "n_effective": np.nan,
+        "n_values": 0,
+        "seed": seed,
+        "settings": dataclasses.asdict(settings),
+    }
 
 
 def _without_intervals(fit: FitResult, why: str, figures: dict[str, Any]) -> Posterior:
@@ -227,6 +242,11 @@ def sample_posterior(
     seed : of designs and chains; the result is the same for any number of workers
     """
     fit_settings = FitSettings(**fit.settings)
+    if len(fit.run_levels) < MIN_RUNS:
+        why = (
+            f"only {len(fit.run_levels)} runs of the torso succeeded, an emulator needs {MIN_RUNS}"
+        )
+        return _without_intervals(fit, why, _no_figures(fit, settings, seed))
     markers = counted_markers(recording, fit_settings.markers)
     target = signature_breath(signature).at(fit.time)
     noise = marker_noise(recording, len(fit.cycle_id), settings.noise_floor_m)
@@ -253,9 +273,7 @@ def sample_posterior(
     setting = prepare(designs)
     error = designs.plausible_error(setting)
     share = (error / setting.residual) ** 2
-    figures = {
-        "name": fit.name,
-        "groups": fit.groups,
+    figures = _no_figures(fit, settings, seed) | {
         "emulator_error": error,
         "emulator_share": share,
         "residual": setting.residual,
@@ -263,8 +281,6 @@ def sample_posterior(
         "noise": noise,
         "n_effective": setting.n_effective,
         "n_values": setting.evidence.n_values,
-        "seed": seed,
-        "settings": dataclasses.asdict(settings),
     }
     if share > settings.max_emulator_share:
         why = (

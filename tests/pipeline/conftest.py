@@ -210,7 +210,7 @@ def plant_signature(recording, events, record):
     return record(**{name: value for name, value in values.items() if name in known})
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def plant():
     """The plant's model and maker of recordings."""
     return SimpleNamespace(
@@ -218,13 +218,13 @@ def plant():
     )
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def fit_settings():
     """The defaults of the fit."""
     return _defaults("fit")
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def posterior_settings():
     """The defaults of the posterior."""
     return _defaults("posterior")

@@ -93,6 +93,4 @@ def test_an_unseen_marker_gets_no_residual_and_a_note(plant, fit_settings):
 
 def test_no_marker_at_all_is_one_clear_line(plant, fit_settings):
     with pytest.raises(InputError, match="no marker is visible"):
-        register(
-            plant.Model(), np.full((3, 3), np.nan), ("",) * 3, (), "supine", fit_settings
-        )
+        register(plant.Model(), np.full((3, 3), np.nan), ("",) * 3, (), "supine", fit_settings)
