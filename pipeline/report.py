@@ -83,7 +83,7 @@ def _ran(records: Mapping[str, Mapping[str, Any]]) -> tuple[Pairs, Pairs]:
         facts.append((key, ", ".join(values)))
     for stage, run in runs.items():
         facts.append((f"{stage}: finished", f"{run['finished']}, {run['seconds']} s"))
-    subject = next((run["subject"] for run in runs.values()), {})
+    subject: Mapping[str, Any] = next((run["subject"] for run in runs.values()), {})
     facts += [(f"subject: {key}", value or "population value") for key, value in subject.items()]
     settings: dict[str, Any] = {}
     for run in runs.values():

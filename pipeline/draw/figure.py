@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -11,7 +12,7 @@ from matplotlib.figure import Figure
 MEASURED, SIMULATED, ACCENT, FAINT = "#1d2226", "#c4571f", "#0b6a74", "#b9bec2"
 GROUP_COLOURS = ("#0b6a74", "#c4571f", "#6a4fa3", "#5a8f29")
 
-STYLE = {
+STYLE: Any = {
     "svg.fonttype": "none",
     # Ids depend on the drawing alone, so that the same result gives the same file.
     "svg.hashsalt": "pleura",

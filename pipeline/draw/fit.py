@@ -94,8 +94,8 @@ def markers_time_svg(
     middle, own = measured.mean(axis=0), simulated.mean(axis=0)
     for axis, marker in zip(axes, chosen, strict=False):
         for k, dashes in ((0, "-"), (2, (0, (4, 2)))):
-            edges = [MM * (edge - middle)[:, marker, k] for edge in (low, high)]
-            axis.fill_between(time, *edges, color=MEASURED, alpha=0.12, lw=0)
+            bottom, top = (MM * (edge - middle)[:, marker, k] for edge in (low, high))
+            axis.fill_between(time, bottom, top, color=MEASURED, alpha=0.12, lw=0)
             for lines, mean, colour in ((measured, middle, MEASURED), (simulated, own, SIMULATED)):
                 axis.plot(time, MM * (lines - mean)[:, marker, k], color=colour, ls=dashes)
         axis.set_title(shown[marker])

@@ -59,8 +59,13 @@ def input_svg(
                 spots = place[chosen]
                 axis.scatter(spots[:, across], spots[:, 2], s=16, c=colours[role], label=role)
         for spot, text in zip(place, shown, strict=True):
-            near = {"xytext": (3, 2), "textcoords": "offset points"}
-            axis.annotate(text, (spot[across], spot[2]), fontsize=6, **near)
+            axis.annotate(
+                text,
+                (spot[across], spot[2]),
+                xytext=(3, 2),
+                textcoords="offset points",
+                fontsize=6,
+            )
         axis.set_aspect("equal", adjustable="datalim")
         axis.set_title(title)
         axis.set_xlabel("mm")
@@ -166,8 +171,8 @@ def signature_svg(
     words = (("forward", SIMULATED), ("left", FAINT), ("up", ACCENT))
     for axis, marker in zip(axes, chosen, strict=False):
         for k, (word, colour) in enumerate(words):
-            band = [MM * (edge - rest)[:, marker, k] for edge in (low, high)]
-            axis.fill_between(time, *band, color=colour, alpha=0.2, lw=0)
+            bottom, top = (MM * (edge - rest)[:, marker, k] for edge in (low, high))
+            axis.fill_between(time, bottom, top, color=colour, alpha=0.2, lw=0)
             axis.plot(time, MM * (mean - rest)[:, marker, k], color=colour, label=word)
         axis.axvline(turn, color=FAINT, lw=0.7)
         axis.set_title(shown[marker])

@@ -33,9 +33,9 @@ rule fit:
         "results/{name}/fit.json",
     log:
         "logs/{name}/fit.log",
+    threads: workflow.cores or 1
     params:
         job=lambda w: plan.job(w.name, "fit"),
-    threads: workflow.cores or 1
     shell:
         "pleura fit {wildcards.name:q} --keep-going --processes {threads}"
         " --job {params.job:q} 2> {log:q}"
@@ -48,9 +48,9 @@ rule posterior:
         "results/{name}/posterior.json",
     log:
         "logs/{name}/posterior.log",
+    threads: workflow.cores or 1
     params:
         job=lambda w: plan.job(w.name, "posterior"),
-    threads: workflow.cores or 1
     shell:
         "pleura posterior {wildcards.name:q} --keep-going --processes {threads}"
         " --job {params.job:q} 2> {log:q}"

@@ -34,7 +34,9 @@ include: "study.smk"
 
 if workflow.is_main_process:
     try:
-        plans.check_targets(asked.targets, [rule.name for rule in workflow.rules], plan.study)
+        plans.check_targets(
+            asked.targets, [rule.name for rule in workflow.rules], plan.study
+        )
     except TorsoError as error:
         console.say(str(error))
         sys.exit(1)

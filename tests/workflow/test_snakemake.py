@@ -8,6 +8,7 @@ import stat
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -39,7 +40,7 @@ def workflow(study, tmp_path, monkeypatch):
     command.parent.mkdir()
     command.write_text(PLEURA.format(python=sys.executable), encoding="utf-8")
     command.chmod(command.stat().st_mode | stat.S_IXUSR)
-    study.bin = f"{command.parent}{os.pathsep}{os.path.dirname(sys.executable)}"
+    study.bin = f"{command.parent}{os.pathsep}{Path(sys.executable).parent}"
     monkeypatch.setenv("PATH", f"{study.bin}{os.pathsep}{os.environ['PATH']}")
     path = study.recording_file()
     study.rows(("good", "breath", "p1", path), ("lost", "breath", "p1", "gone.c3d"))

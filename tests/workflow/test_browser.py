@@ -1,0 +1,94 @@
+"""A report in a real browser: opens from disk, loads nothing else, fits a phone."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import sync_playwright
+
+from pipeline.draw.fit import markers_time_svg, sagittal_svg
+from pipeline.report import write_report
+from pipeline.tabulate import write_group
+
+pytestmark = pytest.mark.slow
+
+CHROMIUM = "/usr/bin/chromium"
+# No sandbox: tests run as root. The rest keeps the browser from looking for its maker's hosts.
+FLAGS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+
+
+@pytest.fixture
+def browser():
+    if not shutil.which(CHROMIUM):
+        pytest.skip("no chromium: apt-get install chromium")
+    with sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+        yield opened
+        opened.close()
+
+
+@pytest.fixture
+def page_of(finished, plant_motion):
+    figures = {"sagittal": sagittal_svg, "markers_time": markers_time_svg}
+    for name, draw in figures.items():
+        text = draw(**plant_motion[name])
+        (Path("results") / "good" / f"{name}.svg").write_text(text, encoding="utf-8")
+    for name in ("good", "bad"):
+        write_report(Path("results") / name, Path("reports") / f"{name}.html")
+    write_group(Path("results"), ["good", "bad"], [], Path("reports"))
+    return lambda name: (finished.folder / "reports" / f"{name}.html").as_uri()
+
+
+@pytest.fixture
+def plant_motion():
+    import numpy as np
+
+    time = np.linspace(0, 4, 41)
+    place = np.array([[0.1, 0.0, 0.3], [0.1, 0.0, 0.1], [-0.1, 0.0, 0.2]])
+    motion = place + 0.004 * np.sin(np.pi * time / 4)[:, None, None] * np.array([1.0, 0.0, 0.5])
+    shared = {"shown": ("STRN", "NAVEL", "T10"), "front": (0, 1)}
+    both = {"measured": motion, "simulated": place + 0.9 * (motion - place)}
+    band = {"low": motion - 1e-3, "high": motion + 1e-3, "time": time}
+    return {"sagittal": {**shared, **both}, "markers_time": {**shared, **both, **band}}
+
+
+@pytest.mark.parametrize("name", ["good", "bad", "group"])
+@pytest.mark.parametrize("width", [1200, 390])
+def test_page_loads_nothing_else_and_never_scrolls_sideways(browser, page_of, name, width):
+    page = browser.new_page(viewport={"width": width, "height": 900})
+    asked, said = [], []
+    page.on("request", lambda request: asked.append(request.url))
+    page.on("console", lambda message: said.append(message.text))
+    page.goto(page_of(name))
+    assert asked == [page_of(name)]
+    assert said == []
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_links_of_the_contents_lead_to_sections(browser, page_of):
+    page = browser.new_page()
+    page.goto(page_of("good"))
+    links = page.eval_on_selector_all("nav a", "all => all.map(a => a.getAttribute('href'))")
+    assert len(links) == 12
+    for link in links:
+        assert page.query_selector(link) is not None
+
+
+def test_figures_are_drawn_in_the_page(browser, page_of):
+    page = browser.new_page(viewport={"width": 1000, "height": 900})
+    page.goto(page_of("good"))
+    sizes = page.eval_on_selector_all(
+        "figure svg", "all => all.map(s => s.getBoundingClientRect().height)"
+    )
+    assert len(sizes) == 2
+    assert min(sizes) > 200
