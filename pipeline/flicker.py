@@ -69,7 +69,7 @@ def _flicker(positions: Floats, marker: int, rate: float, smallest: float) -> Fl
     size = np.nan_to_num(np.linalg.norm(change, axis=1))
     usual = float(np.median(size[seen(positions)[:, marker]]))
     steps, _ = scipy.signal.find_peaks(
-        size, height=max(smallest, TIMES_USUAL * usual), distance=half
+        size, height=max(smallest, TIMES_USUAL * usual), distance=2 * half + 1
     )
     out: list[Run] = []
     opened: int | None = None

@@ -2,11 +2,37 @@
 
 from __future__ import annotations
 
+import struct
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import ezc3d
+import numpy as np
 import pytest
+import yaml
+
+from pipeline.settings import MarkerSettings, SignatureSettings
 
 ROOT = Path(__file__).resolve().parents[1]
+# a torso of 1.75 m, body axes (X anterior, Y left, Z up), m
+TORSO = {
+    "CLAV": (0.05, 0.0, 1.38),
+    "STRN": (0.09, 0.0, 1.28),
+    "XIPH": (0.10, 0.0, 1.21),
+    "NAVEL": (0.11, 0.0, 1.03),
+    "LUCH": (0.08, 0.08, 1.33),
+    "RUCH": (0.08, -0.08, 1.33),
+    "LCOS": (0.08, 0.11, 1.16),
+    "RCOS": (0.08, -0.11, 1.16),
+    "C7": (-0.09, 0.0, 1.47),
+    "T10": (-0.13, 0.0, 1.22),
+    "L1": (-0.10, 0.0, 1.12),
+    "LBAK": (-0.13, 0.09, 1.30),
+    "RBAK": (-0.13, -0.09, 1.30),
+}
+RATE_TO_REPLACE = 123.456
+BACK = {"C7", "T10", "L1", "LBAK", "RBAK"}
 
 
 @pytest.fixture(scope="session")
@@ -22,3 +48,74 @@ def data_real() -> Path:
 def data_samples() -> Path:
     """Folder of the synthetic subjects that the repository carries."""
     return ROOT / "data_samples"
+
+
+def _section(name: str) -> dict[str, Any]:
+    section: dict[str, Any] = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())[name]
+    return section
+
+
+@pytest.fixture(scope="session")
+def marker_settings() -> MarkerSettings:
+    return MarkerSettings(**_section("markers"))
+
+
+@pytest.fixture(scope="session")
+def signature_settings() -> SignatureSettings:
+    return SignatureSettings(**_section("signature"))
+
+
+@pytest.fixture(scope="session")
+def torso_tracks() -> Callable[..., tuple[list[str], np.ndarray]]:
+    """A breathing torso: labels and (n_frames, n_markers, 3) in m, 15 breaths a minute."""
+
+    def make(
+        *, rate: float = 100.0, duration: float = 24.0, noise: float = 1e-4, size: float = 6e-3
+    ) -> tuple[list[str], np.ndarray]:
+        time = np.arange(round(rate * duration)) / rate
+        breath = 0.5 * (1 - np.cos(2 * np.pi * time / 4.0))
+        rng = np.random.default_rng(1)
+        labels = list(TORSO)
+        tracks = np.empty((time.size, len(labels), 3))
+        for i, label in enumerate(labels):
+            way = np.array([0.0 if label in BACK else 0.8, 0.0, 0.0 if label in BACK else 0.6])
+            tracks[:, i] = np.array(TORSO[label]) + size * breath[:, None] * way
+        return labels, tracks + noise * rng.standard_normal(tracks.shape)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def write_c3d() -> Callable[..., Path]:
+    """Write markers (n_frames, n_markers, 3) as a C3D file in the unit given."""
+
+    def write(
+        path: Path,
+        labels: list[str],
+        places: np.ndarray,
+        *,
+        rate: float = 100.0,
+        unit: str = "mm",
+        residuals: np.ndarray | None = None,
+        parameters: dict[str, list[str]] | None = None,
+    ) -> Path:
+        content = ezc3d.c3d()
+        content["parameters"]["POINT"]["LABELS"]["value"] = labels
+        # the library dies of a rate of zero: write another and change its bytes
+        content["parameters"]["POINT"]["RATE"]["value"] = [rate or RATE_TO_REPLACE]
+        content["parameters"]["POINT"]["UNITS"]["value"] = [unit]
+        for key, value in (parameters or {}).items():
+            content.add_parameter("POINT", key, value)
+        n_frames, n_markers, _ = places.shape
+        points = np.ones((4, n_markers, n_frames))
+        points[:3] = np.moveaxis(places, (0, 1, 2), (2, 1, 0))
+        content["data"]["points"] = points
+        if residuals is not None:
+            content["data"]["meta_points"]["residuals"] = residuals.T[None]
+        content.write(str(path))
+        if rate == 0:
+            mark = struct.pack("<f", RATE_TO_REPLACE)
+            path.write_bytes(path.read_bytes().replace(mark, struct.pack("<f", 0.0)))
+        return path
+
+    return write
