@@ -51,6 +51,7 @@ FIGURES = (
     "posterior",
 )
 HEAD = ("status", "stage", "recording", "summary", "reason", "run", "warnings", "notes")
+SHORT = 0.1
 LIBRARIES = ("numpy", "scipy", "numba", "mujoco", "nlopt", "emcee", "arviz", "ezc3d", "snakemake")
 
 
@@ -61,7 +62,14 @@ def _facts(content: Mapping[str, Any], leave_out: Iterable[str]) -> Pairs:
         for key, value in page.flat(content)
         if hidden.isdisjoint(key.split("."))
     ]
-    return [(tables.heading(key.replace(".", ": ")), value) for key, value in pairs]
+    return [_readable(key.replace(".", ": "), value) for key, value in pairs]
+
+
+def _readable(key: str, value: Any) -> tuple[str, Any]:
+    """Return a heading and its value, short lengths in millimetres."""
+    if key.endswith("_m") and isinstance(value, float) and abs(value) < SHORT:
+        key, value = f"{key}m", 1e3 * value
+    return tables.heading(key), value
 
 
 def _libraries() -> Pairs:

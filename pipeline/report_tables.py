@@ -59,7 +59,9 @@ CYCLE_LEVEL_COLUMNS: Columns = [("cycle", "breath"), *((g, words(g)) for g in GR
 
 
 def heading(key: str) -> str:
-    """Return a key as a heading: `error_p_mm` → `error p (mm)`."""
+    """Return a key as a heading: `error_p_mm` → `error p (mm)`, `n_runs` → `number of runs`."""
+    if key.startswith("n_"):
+        return f"number of {words(key.removeprefix('n_'))}"
     for suffix, unit in UNITS:
         if key.endswith(suffix):
             return words(key.removesuffix(suffix)) + unit
@@ -117,7 +119,8 @@ def verdicts(errors: Rows) -> list[str]:
     return lines
 
 
-def _interval(row: Mapping[str, str]) -> str:
+def interval_text(row: Mapping[str, str]) -> str:
+    """Return a level with its interval, where it has one."""
     text = number(row["level"], 2)
     if row["low"] and row["high"]:
         text += f" ({number(row['low'], 2)} to {number(row['high'], 2)})"
@@ -131,9 +134,9 @@ def level_table(activations: Rows) -> Rows:
         of_group = {r["scope"]: r for r in activations if r["group"] == group}
         if SUBJECT_MEAN not in of_group:
             continue
-        row = {"group": words(group), "mean": _interval(of_group[SUBJECT_MEAN])}
+        row = {"group": words(group), "mean": interval_text(of_group[SUBJECT_MEAN])}
         if "next_breath" in of_group:
-            row["next"] = _interval(of_group["next_breath"])
+            row["next"] = interval_text(of_group["next_breath"])
         row["at_bound"] = of_group[SUBJECT_MEAN]["at_bound"]
         rows.append(row)
     return rows
@@ -144,7 +147,7 @@ def cycle_table(activations: Rows) -> Rows:
     rows: dict[str, dict[str, str]] = {}
     for row in activations:
         if row["scope"] == "cycle":
-            rows.setdefault(row["id"], {"cycle": row["id"]})[row["group"]] = _interval(row)
+            rows.setdefault(row["id"], {"cycle": row["id"]})[row["group"]] = interval_text(row)
     return list(rows.values())
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipeline.page import SUBJECT_MEAN, Rows, number, words
-from pipeline.report_tables import main_error, share_of_still
+from pipeline.report_tables import interval_text, main_error, share_of_still
 
 # Below this part of the largest level a group is said to be near rest.
 NEAR_REST = 0.1
@@ -73,20 +73,20 @@ def _levels(activations: Rows) -> list[str]:
     if not known:
         return []
     largest = max(_float(row, "level") for row in known.values())
-    said = []
-    for group, row in known.items():
-        level = _float(row, "level")
-        low, high = number(row.get("low"), 2), number(row.get("high"), 2)
-        said.append(f"{words(group)} {number(level, 2)} ({low} to {high})")
+    said = "; ".join(f"{words(group)} {interval_text(row)}" for group, row in known.items())
     resting = [
         words(g) for g, row in known.items() if _float(row, "high") < max(NEAR_REST * largest, 0.01)
     ]
-    percent = number(100 * _float(next(iter(known.values())), "probability"), 2)
+    percent = 100 * _float(next(iter(known.values())), "probability")
     text = (
         "How strongly each muscle group works at the height of a breath, from 0 (rest) to 1 (all"
-        f" it has), with the range that holds it with {percent} % probability:"
-        f" {'; '.join(said)}."
+        " it has)"
     )
+    if math.isfinite(percent):
+        text += f", with the range that holds it with {number(percent, 2)} % probability"
+    else:
+        text += ", without intervals (see the section on activations)"
+    text += f": {said}."
     if resting:
         text += f" Near rest: {', '.join(resting)}."
     return [text]
@@ -110,5 +110,9 @@ def summarise(
     for found, shown in (_breathing(records["signature"]), _closeness(errors)):
         sentences += found
         numbers += shown
+    if "tidal_volume_l" in records["fit"]:
+        numbers.append(
+            (f"{number(records['fit']['tidal_volume_l'], 2)} L", "breathed by the model")
+        )
     sentences += _levels(activations)
     return Summary(sentences=tuple(sentences), numbers=tuple(numbers))

@@ -28,9 +28,13 @@ ERROR_COLUMNS = (
     "reference_4_mm",
     "explained",
     "spread_mm",
+    "front_error_p_mm",
+    "front_error_v_mm_s",
+    "front_error_p_still_mm",
     *page.GROUPS,
     "source",
 )
+FRONT = ("error_p_mm", "error_v_mm_s", "error_p_still_mm")
 
 
 def _subject(folder: Path) -> str:
@@ -56,13 +60,19 @@ def error_rows(results: Path, names: Sequence[str]) -> page.Rows:
     for name in names:
         folder = results / name
         bad = status.first_problem(folder)
-        row = dict(main_error(page.read_rows(folder / "errors.csv")))
+        errors = page.read_rows(folder / "errors.csv")
+        front = main_error(errors, "sagittal")
+        row = {**main_error(errors), **{f"front_{key}": front.get(key, "") for key in FRONT}}
         row |= {group: found["level"] for group, found in subject_levels(folder).items()}
         row |= {"recording": name, "subject": _subject(folder), "source": "this study"}
         row["status"] = str(bad["reason"]) if bad else status.OK
         rows.append(row)
     for paper in page.read_rows(page.TABLES / "dilorenzo_table_5_2.csv"):
-        rows.append({"recording": paper["subject"], "status": "published", **paper, "subject": ""})
+        # The papers' markers are those of the front midline.
+        front = {f"front_{key}": paper.get(key, "") for key in FRONT}
+        rows.append(
+            {**paper, **front, "recording": paper["subject"], "subject": "", "status": "published"}
+        )
     return [{column: row.get(column, "") for column in ERROR_COLUMNS} for row in rows]
 
 
