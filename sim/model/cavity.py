@@ -127,7 +127,7 @@ class CavityBuilder:
         }
         self.back = {i: self._bind(segment_of(f"T{i}"), anatomy.front[f"T{i}"]) for i in range(1, 13)}
         self.xiphoid = self._bind("sternum", anatomy.sternum_back[-1])
-        self.lumbar = self._bind("L1-L3", anatomy.front["L2"])
+        self.lumbar = self._bind("L1-L3", anatomy.front["L1"])
 
     def _bind(self, body: str, at: Floats) -> int:
         return self.points.add(self.body[body], at)
@@ -141,7 +141,7 @@ class CavityBuilder:
         """Rim of one side, midline points left out, back to front."""
         a, letter = self.anatomy, SIDES[side]
         sign = 1.0 if side == 0 else -1.0
-        arcuate = a.front["L1"] + np.array([-0.028 * a.scale[0], sign * 0.05 * a.scale[1], 0.0])
+        arcuate = a.front["L1"] + np.array([-0.045 * a.scale[0], sign * 0.045 * a.scale[1], 0.0])
         tips = [a.rib[side, i, -1] for i in (11, 10, 9)]
         half = [
             self._bind("L1-L3", arcuate),
@@ -205,7 +205,7 @@ class CavityBuilder:
     def _radius(self, faces: Floats, angle: float, z: float) -> float:
         """Distance from the vertical axis at which a ray meets the sheet."""
         direction = np.array([np.cos(angle), np.sin(angle), 0.0])
-        origin = np.array([0.0, 0.0, z])
+        origin = np.array([self.parameters["torso_axis"], 0.0, z])
         a, u, w = faces[:, 0], faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]
         p = np.cross(direction, w)
         det = np.einsum("ij,ij->i", u, p)
@@ -219,14 +219,15 @@ class CavityBuilder:
 
     def _apposed(self, faces: Floats, rim: Floats, height: float) -> Floats:
         """Points up the sheet from a rim point, a little inside it."""
-        angle = np.arctan2(rim[1], rim[0])
+        axis = self.parameters["torso_axis"]
+        angle = np.arctan2(rim[1], rim[0] - axis)
         path = [rim]
         for z in np.linspace(0.0, height, 7)[1:]:
             radius = self._radius(faces, angle, rim[2] + z)
             if not np.isfinite(radius):
                 break
             radius -= self.parameters["contact_gap"]
-            path.append(np.array([radius * np.cos(angle), radius * np.sin(angle), rim[2] + z]))
+            path.append(np.array([axis + radius * np.cos(angle), radius * np.sin(angle), rim[2] + z]))
         return np.array(path)
 
     def _dome(self, path: Floats, edge: Floats, rows: int) -> Floats:
@@ -348,12 +349,15 @@ class CavityBuilder:
         middle = rim.mean(axis=0) - np.array([0.0, 0.0, self.parameters["pelvis_depth"]])
         ring = [
             self._bind("pelvis", middle + [0.55, 0.55, 0.0] * (q - middle) + [0.0, 0.0, 0.01])
-            for q in rim[::2]
+            for q in rim
         ]
         bottom = self._bind("pelvis", middle)
-        faces = strip(self.points, [*loop, loop[0]], [*ring, ring[0]])
-        cap = [(ring[k], ring[(k + 1) % len(ring)], bottom) for k in range(len(ring))]
-        return faces + cap
+        faces = []
+        for k, here in enumerate(loop):
+            ahead = (k + 1) % len(loop)
+            faces += [(here, loop[ahead], ring[ahead]), (here, ring[ahead], ring[k])]
+            faces.append((ring[k], ring[ahead], bottom))
+        return faces
 
 
 def tendon_edge(anatomy: Anatomy, parameters: Parameters, n: int) -> Floats:

@@ -62,9 +62,13 @@ class TissueList:
     slack: list[float] = field(default_factory=list)
     """rest length over the length when built"""
     damping: list[float] = field(default_factory=list)
+    pushes: list[int] = field(default_factory=list)
 
-    def add(self, a: int, b: int, stiffness: float, slack: float, time: float) -> None:
+    def add(
+        self, a: int, b: int, stiffness: float, slack: float, time: float, pushes: int = 0
+    ) -> None:
         """Add a thread; `time` is damping over stiffness, s."""
+        self.pushes.append(pushes)
         self.a.append(a)
         self.b.append(b)
         self.stiffness.append(stiffness)
@@ -182,11 +186,18 @@ class SheetBuilder:
             for i in range(1, len(column) - 1):
                 along = self._gap(column[i], column[i + 1])
                 self.tissue.add(column[i], left[i], modulus * along / self._gap(column[i], left[i]),
-                                slack, time)  # fmt: skip
+                                slack, time, 1)  # fmt: skip
             for i in range(len(column) - 1):
                 k = 0.3 * modulus
-                self.tissue.add(column[i], left[i + 1], k, slack, time)
-                self.tissue.add(left[i], column[i + 1], k, slack, time)
+                self.tissue.add(column[i], left[i + 1], k, slack, time, 1)
+                self.tissue.add(left[i], column[i + 1], k, slack, time, 1)
+
+    def crura(self, spine: int) -> None:
+        """Tie the midline fibres of the back to the vertebral column, body `spine`."""
+        for handle in self.cavity.diaphragm[0][1:-2]:
+            anchor = self.points.add(spine, self.points.at(handle) + np.array([-1e-3, 0.0, 0.0]))
+            self.tissue.add(anchor, handle, self.parameters["crus_stiffness"], 1.0,
+                            self.parameters["tissue_time"], 1)  # fmt: skip
 
     def wall(self) -> None:
         """Rectus, obliques and transversus in series over the wall, and its passive membrane."""
@@ -294,6 +305,7 @@ def pack_tissue(points: Points, tissue: TissueList, slots: dict[tuple[int, int],
     return Tissue(
         a=a, b=b, slot=_slots(a, b, slots), rest=length * np.array(tissue.slack),
         stiffness=np.array(tissue.stiffness), damping=np.array(tissue.damping),
+        pushes=np.array(tissue.pushes, dtype=np.int64),
     )  # fmt: skip
 
 

@@ -8,14 +8,17 @@ from numba import njit
 
 from sim.physics.muscle import (
     HILL,
-    PASSIVE_SHAPE,
     active_factor,
     force_length,
     hill_tension,
+    passive_shape,
     spring_tension,
 )
 from sim.physics.plant import Constants, Contacts, Links, Muscles, Tissue
 from sim.physics.types import Floats, Ints
+
+EDGE = 0.25
+"""How far past its edge a face is still felt, as a barycentric weight."""
 
 
 @njit(cache=True, nogil=True)
@@ -125,8 +128,7 @@ def muscle_stiffness(
         k = level * muscles.f_max[e] + muscles.k_pe[e]
         return step * step * k + step * muscles.b_pe[e]
     ratio = length[e] / rest
-    passive = muscles.k_pe[e] * math.exp(PASSIVE_SHAPE * (ratio - 1.0) - 0.5 * PASSIVE_SHAPE)
-    k = passive * PASSIVE_SHAPE / rest
+    k = muscles.k_pe[e] * passive_shape(ratio)[1] / rest
     d = muscles.b_pe[e] / rest
     chain = muscles.chain[e]
     force = level * muscles.f_max[e] * muscles.chain_count[chain] / muscles.chain_rest[chain]
@@ -144,7 +146,7 @@ def add_tissue(x: Floats, v: Floats, tissue: Tissue, tension: Floats, f: Floats)
         length, rate = _length_and_rate(x, v, tissue.a[e], tissue.b[e])
         pull = tissue.stiffness[e] * (length - tissue.rest[e]) + tissue.damping[e] * rate
         tension[e] = max(0.0, pull)
-        if pull > 0.0:
+        if pull > 0.0 or tissue.pushes[e] == 1:
             _pull(x, f, tissue.a[e], tissue.b[e], pull, length)
 
 
@@ -161,51 +163,48 @@ def add_links(x: Floats, v: Floats, links: Links, f: Floats) -> None:
 
 
 @njit(cache=True, nogil=True)
-def face_gap(x: Floats, face: Ints, p: int, weight: Floats, normal: Floats) -> float:
-    """Gap between point `p` and a face of the sheet, positive inside the chest.
+def cross_sheet(
+    x: Floats, face: Ints, p: int, axis: float, weight: Floats, normal: Floats
+) -> tuple[float, float]:
+    """Where the horizontal ray from the torso's axis through point `p` crosses a face.
+
+    The rib cage is seen from its axis once in every direction, so the radial gap is continuous
+    from face to face, which a distance to the nearest face is not.
 
     Parameters
     ----------
-    weight : (3,), barycentric weights of the nearest point of the face, written
-    normal : (3,), unit normal into the chest, written
+    axis : m, X of the vertical axis
+    weight : (3,), barycentric weights of the crossing, written
+    normal : (3,), unit normal of the face, into the chest, written
 
     Returns
     -------
-    distance, m, signed by the side of the face
+    gap along the normal, m, positive inside the chest; least weight (negative outside the face)
     """
     a, b, c = x[face[0]], x[face[1]], x[face[2]]
+    forward = x[p, 0] - axis
+    radius = max(math.sqrt(forward**2 + x[p, 1] ** 2), 1e-6)
+    dx, dy = forward / radius, x[p, 1] / radius
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     wx, wy, wz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     nx, ny, nz = wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux
-    area = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
-    nx, ny, nz = nx / area, ny / area, nz / area
-    px, py, pz = x[p, 0] - a[0], x[p, 1] - a[1], x[p, 2] - a[2]
-    uu, uw, ww = ux * ux + uy * uy + uz * uz, ux * wx + uy * wy + uz * wz, wx * wx + wy * wy + wz * wz
-    pu, pw = px * ux + py * uy + pz * uz, px * wx + py * wy + pz * wz
-    det = max(uu * ww - uw * uw, 1e-18)
-    s = min(max((ww * pu - uw * pw) / det, 0.0), 1.0)
-    t = min(max((uu * pw - uw * pu) / det, 0.0), 1.0)
-    if s + t > 1.0:
-        s, t = s / (s + t), t / (s + t)
+    size = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
+    slope = (nx * dx + ny * dy) / size
+    if slope > -0.05:
+        return 1.0, -1e9
+    ox, oy, oz = axis - a[0], -a[1], x[p, 2] - a[2]
+    reach = -(nx * ox + ny * oy + nz * oz) / (nx * dx + ny * dy)
+    qx, qy, qz = ox + reach * dx, oy + reach * dy, oz
+    s = (nx * (qz * wy - qy * wz) + ny * (qx * wz - qz * wx) + nz * (qy * wx - qx * wy)) / size**2
+    t = (nx * (uz * qy - uy * qz) + ny * (ux * qz - uz * qx) + nz * (uy * qx - ux * qy)) / size**2
     weight[0], weight[1], weight[2] = 1.0 - s - t, s, t
-    normal[0], normal[1], normal[2] = nx, ny, nz
-    return px * nx + py * ny + pz * nz
-
-
-@njit(cache=True, nogil=True)
-def face_distance(x: Floats, face: Ints, p: int, weight: Floats, normal: Floats) -> float:
-    """Squared distance from point `p` to a face."""
-    face_gap(x, face, p, weight, normal)
-    total = 0.0
-    for c in range(3):
-        near = weight[0] * x[face[0], c] + weight[1] * x[face[1], c] + weight[2] * x[face[2], c]
-        total += (x[p, c] - near) ** 2
-    return total
+    normal[0], normal[1], normal[2] = nx / size, ny / size, nz / size
+    return (radius - reach) * slope, min(1.0 - s - t, min(s, t))
 
 
 @njit(cache=True, nogil=True)
 def follow_sheet(x: Floats, contacts: Contacts, held: Ints) -> None:
-    """Let each diaphragm particle walk to the nearest face of the sheet.
+    """Let each diaphragm particle walk to the face that its ray crosses.
 
     Parameters
     ----------
@@ -214,16 +213,16 @@ def follow_sheet(x: Floats, contacts: Contacts, held: Ints) -> None:
     weight, normal = x[0].copy(), x[0].copy()
     for i in range(contacts.point.shape[0]):
         p = contacts.point[i]
-        best = face_distance(x, contacts.face[held[i]], p, weight, normal)
-        moved = True
+        _, best = cross_sheet(x, contacts.face[held[i]], p, contacts.axis, weight, normal)
+        moved = best < 0.0
         while moved:
             moved = False
             for g in contacts.neighbour[held[i]]:
                 if g < 0:
                     break
-                distance = face_distance(x, contacts.face[g], p, weight, normal)
-                if distance < best - 1e-12:
-                    best, held[i], moved = distance, g, True
+                _, inside = cross_sheet(x, contacts.face[g], p, contacts.axis, weight, normal)
+                if inside > best + 1e-9:
+                    best, held[i], moved = inside, g, True
 
 
 @njit(cache=True, nogil=True)
@@ -240,14 +239,16 @@ def add_contacts(
 
     Parameters
     ----------
-    held : (n_contacts,), face below each particle
-    gap : (n_contacts,), m, written
+    held : (n_contacts,), face beside each particle
+    gap : (n_contacts,), m, written; 1 where there is no face
     """
     weight, normal = x[0].copy(), x[0].copy()
     for i in range(contacts.point.shape[0]):
         p = contacts.point[i]
         face = contacts.face[held[i]]
-        gap[i] = face_gap(x, face, p, weight, normal)
+        gap[i], inside = cross_sheet(x, face, p, contacts.axis, weight, normal)
+        if inside < -EDGE:
+            gap[i] = 1.0
         depth = constants.contact_gap - gap[i]
         if depth <= 0.0:
             continue

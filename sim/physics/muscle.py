@@ -57,6 +57,18 @@ def active_factor(
 
 
 @njit(cache=True, nogil=True)
+def passive_shape(ratio: float) -> tuple[float, float]:
+    """Passive curve e^(10 (l - 1)) / e^5 and its slope.
+
+    Past a strain of one half, where the printed curve ends, it goes on along its tangent: an
+    exponential there would outrun any step size.
+    """
+    past = max(0.0, ratio - 1.5)
+    value = math.exp(PASSIVE_SHAPE * (ratio - past - 1.0) - 0.5 * PASSIVE_SHAPE)
+    return value * (1.0 + PASSIVE_SHAPE * past), value * PASSIVE_SHAPE
+
+
+@njit(cache=True, nogil=True)
 def hill_tension(
     activation: float,
     factor: float,
@@ -78,8 +90,7 @@ def hill_tension(
     k_pe : passive force at a strain of one half, N
     b_pe : passive damping, N s
     """
-    passive = k_pe * math.exp(PASSIVE_SHAPE * (ratio - 1.0) - 0.5 * PASSIVE_SHAPE)
-    passive += b_pe * strain_rate
+    passive = k_pe * passive_shape(ratio)[0] + b_pe * strain_rate
     return max(0.0, passive) + activation * factor * f_max
 
 

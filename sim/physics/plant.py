@@ -69,7 +69,7 @@ class Muscles(NamedTuple):
 
 
 class Tissue(NamedTuple):
-    """Passive threads that pull and never push."""
+    """Passive threads: a wall's only pull, those of the diaphragm hold their length both ways."""
 
     a: Ints
     b: Ints
@@ -77,6 +77,8 @@ class Tissue(NamedTuple):
     rest: Floats
     stiffness: Floats
     damping: Floats
+    pushes: Ints
+    """1 where a thread also resists shortening"""
 
 
 class Links(NamedTuple):
@@ -96,6 +98,10 @@ class Contacts(NamedTuple):
     """(n_sheet_faces, 3), turned so that the normal looks out of the chest"""
     neighbour: Ints
     """(n_sheet_faces, k), faces that share a vertex, -1 padded"""
+    start: Ints
+    """(n_contacts,), face beside each particle as built"""
+    axis: float
+    """X of the vertical axis that the gap is measured from, m"""
 
 
 class Constants(NamedTuple):

@@ -16,11 +16,15 @@ import numpy as np
 from numba import njit
 
 from sim.physics.blocks import factorise, solve
-from sim.physics.forces import face_gap, muscle_stiffness
+from sim.physics.forces import EDGE, cross_sheet, muscle_stiffness
 from sim.physics.plant import Plant
 from sim.physics.rigid import add_outer, add_point_row, project
 from sim.physics.surface import add_pressure
 from sim.physics.types import Floats, Ints
+
+
+NEAR = 0.012
+"""Gap below which contact is in the matrix: it may close before the next refresh, m."""
 
 
 class Work(NamedTuple):
@@ -78,7 +82,7 @@ def make_work(plant: Plant) -> Work:
         factor=np.zeros(n_chains),
         pull=np.zeros(len(plant.tissue.a)),
         gap=np.zeros(n_contacts),
-        held=np.zeros(n_contacts, dtype=np.int64),
+        held=plant.contacts.start.copy(),
         diagonal=np.zeros((n_particles, 3, 3)),
         off=np.zeros((len(pattern.pair), 3, 3)),
         lower=np.zeros((len(pattern.row), 3, 3)),
@@ -203,17 +207,18 @@ def _add_threads(
 
 @njit(cache=True, nogil=True)
 def _add_contacts(plant: Plant, work: Work, step: float, centre: Floats, motion: Floats) -> None:
+    """Contact in every direction of the particle: it may pass to another face at any step."""
     contacts, constants = plant.contacts, plant.constants
     bound = plant.point_body.shape[0]
     weight, normal = np.empty(3), np.empty(3)
     mass = 2.0 * (step * step * constants.contact_stiffness + step * constants.contact_damping)
     for i in range(contacts.point.shape[0]):
         p, face = contacts.point[i], contacts.face[work.held[i]]
-        if face_gap(work.x, face, p, weight, normal) > 2.0 * constants.contact_gap:
+        gap, inside = cross_sheet(work.x, face, p, contacts.axis, weight, normal)
+        if inside < -EDGE or gap > NEAR:
             continue
-        for r in range(3):
-            for c in range(3):
-                work.diagonal[p - bound, r, c] += mass * normal[r] * normal[c]
+        for c in range(3):
+            work.diagonal[p - bound, c, c] += mass
         count = 0
         for k in range(3):
             count = add_point_row(
