@@ -1,18 +1,23 @@
-"""Fixtures that every part's tests share."""
+"""Fixtures that every part's tests share.
+
+`pipeline` comes before numpy here: it holds the linear algebra to one thread, as in every stage,
+and numpy asks for that only once.
+"""
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import ezc3d
-import numpy as np
 import pytest
 import yaml
 
 from pipeline.settings import MarkerSettings, SignatureSettings
+
+if TYPE_CHECKING:
+    import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 # a torso of 1.75 m, body axes (X anterior, Y left, Z up), m
@@ -69,6 +74,8 @@ def signature_settings() -> SignatureSettings:
 def torso_tracks() -> Callable[..., tuple[list[str], np.ndarray]]:
     """A breathing torso: labels and (n_frames, n_markers, 3) in m, 15 breaths a minute."""
 
+    import numpy as np
+
     def make(
         *, rate: float = 100.0, duration: float = 24.0, noise: float = 1e-4, size: float = 6e-3
     ) -> tuple[list[str], np.ndarray]:
@@ -88,6 +95,9 @@ def torso_tracks() -> Callable[..., tuple[list[str], np.ndarray]]:
 @pytest.fixture(scope="session")
 def write_c3d() -> Callable[..., Path]:
     """Write markers (n_frames, n_markers, 3) as a C3D file in the unit given."""
+
+    import ezc3d
+    import numpy as np
 
     def write(
         path: Path,
