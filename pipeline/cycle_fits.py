@@ -34,7 +34,8 @@ NOT_DONE = "not done: too many runs of the torso failed for an emulator"
 class CycleFits:
     """Levels (n_cycles, 4) and cost (n_cycles,) m of the breaths `ids`, and what checks said.
 
-    how : in words; checks : breath, error of the emulator's fit and of a real run with the same levels, mm
+    how : in words; checks : breath, error of the emulator's fit and of a real run with the same
+    levels, mm
     """
 
     how: str

@@ -36,6 +36,7 @@ class Setting:
     markers: NDArray[np.int64]
     n_effective: float
     noise: float
+    emulated: float
     scale: float
     upper: float
     best: Floats
@@ -82,6 +83,7 @@ def set_up(
         markers=markers,
         n_effective=effective_values(channels),
         noise=noise,
+        emulated=0.0,
         scale=scale,
         upper=upper,
         best=best,
@@ -101,7 +103,7 @@ def _log_density(setting: Setting, points: Floats, *, fixed: bool) -> Floats:
     # half-normal in the scale, and the Jacobian of its logarithm
     prior = -0.5 * (scale / setting.scale) ** 2 + log_scale[inside]
     discrepancy = np.zeros_like(scale) if fixed else scale
-    sigma = np.sqrt(setting.noise**2 + discrepancy**2)
+    sigma = np.sqrt(setting.noise**2 + setting.emulated**2 + discrepancy**2)
     likelihood = log_likelihood(
         setting.emulator, setting.evidence, levels[inside], sigma, setting.n_effective
     )

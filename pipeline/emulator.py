@@ -35,10 +35,8 @@ class Emulator:
     ----------
     levels : (n_runs, 4), the runs it was made from
     mean : (n_values,), m; basis : (n_components, n_values), orthonormal rows
-    lengths : (n_components, 4) and scale, nugget : (n_components,), of the Gaussian processes
+    lengths : (n_components, 4), of the Gaussian processes
     trend : (n_components, n_trend), quadratic trend; weights : (n_components, n_runs)
-    inverse : (n_components, n_runs, n_runs), inverse covariance with the trend taken out;
-    estimator : (n_components, n_trend, n_runs), of the trend; spread : its covariance
     shape : (n_frames, n_markers) of one run
     """
 
@@ -46,13 +44,8 @@ class Emulator:
     mean: Floats
     basis: Floats
     lengths: Floats
-    scale: Floats
-    nugget: Floats
     trend: Floats
     weights: Floats
-    inverse: Floats
-    estimator: Floats
-    spread: Floats
     shape: tuple[int, int]
 
 
@@ -72,11 +65,10 @@ def _kernel(a: Floats, b: Floats, lengths: Floats) -> Floats:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class _Algebra:
-    """Inverse covariance with the trend taken out, the trend's estimator, its spread."""
+    """Inverse covariance with the trend taken out, the trend's estimator, log determinants."""
 
     inverse: Floats
     estimator: Floats
-    spread: Floats
     log_det: float
 
 
@@ -92,7 +84,6 @@ def _algebra(x: Floats, lengths: Floats, nugget: float) -> _Algebra:
     return _Algebra(
         inverse=inverse - inverse @ trend @ estimator,
         estimator=estimator,
-        spread=spread,
         log_det=float(log_det),
     )
 
@@ -155,55 +146,38 @@ def build_emulator(levels: Floats, displacement: Floats) -> Emulator:
     mean, basis = _components(values)
     targets = (values - mean) @ basis.T
     x = _inputs(levels)
-    freedom = len(x) - _quadratic(x).shape[1]
-    parts: dict[str, list[Floats]] = {}
+    parts: list[tuple[Floats, Floats, Floats]] = []
     for y in targets.T:
         lengths, nugget = _fit_process(x, y)
         algebra = _algebra(x, lengths, nugget)
-        weights = algebra.inverse @ y
-        for name, value in {
-            "lengths": lengths,
-            "scale": np.array(float(y @ weights) / freedom),
-            "nugget": np.array(nugget),
-            "trend": algebra.estimator @ y,
-            "weights": weights,
-            "inverse": algebra.inverse,
-            "estimator": algebra.estimator,
-            "spread": algebra.spread,
-        }.items():
-            parts.setdefault(name, []).append(value)
+        parts.append((lengths, algebra.estimator @ y, algebra.inverse @ y))
     return Emulator(
         levels=levels,
         mean=mean,
         basis=basis,
+        lengths=np.stack([part[0] for part in parts]),
+        trend=np.stack([part[1] for part in parts]),
+        weights=np.stack([part[2] for part in parts]),
         shape=(displacement.shape[1], displacement.shape[2]),
-        **{name: np.stack(values) for name, values in parts.items()},
     )
 
 
-def scores(emulator: Emulator, levels: Floats) -> tuple[Floats, Floats]:
-    """Component scores and their variance at (n, 4) levels: two (n, n_components) arrays, m, m2."""
+def scores(emulator: Emulator, levels: Floats) -> Floats:
+    """Component scores (n, n_components), m, at (n, 4) levels."""
     x = _inputs(levels)
-    trend = _quadratic(x)
-    # all components at once, as a chain asks a few points at a time many thousand times
+    # all components at once: a chain asks for a few points many thousand times
     here = x / emulator.lengths[:, None]
     there = _inputs(emulator.levels) / emulator.lengths[:, None]
-    squared = (
-        (here**2).sum(-1)[:, :, None]
-        + (there**2).sum(-1)[:, None]
-        - 2 * here @ np.swapaxes(there, 1, 2)
-    )
+    squared = (here**2).sum(-1)[:, :, None] + (there**2).sum(-1)[:, None]
+    squared -= 2 * here @ np.swapaxes(there, 1, 2)
     cross = np.exp(-0.5 * np.maximum(squared, 0.0))
-    mean = trend @ emulator.trend.T + (cross @ emulator.weights[:, :, None])[:, :, 0].T
-    known = np.einsum("kij,kij->ki", cross @ emulator.inverse, cross)
-    drift = trend @ emulator.spread - 2 * cross @ np.swapaxes(emulator.estimator, 1, 2)
-    free = 1 + emulator.nugget[:, None] - known + np.einsum("kij,ij->ki", drift, trend)
-    return mean, (emulator.scale[:, None] * np.clip(free, 0.0, None)).T
+    learned = (cross @ emulator.weights[:, :, None])[:, :, 0].T
+    return np.asarray(_quadratic(x) @ emulator.trend.T + learned)
 
 
 def predict(emulator: Emulator, levels: Floats) -> Floats:
     """Displacement (n, n_frames, n_markers, 3), m, at (n, 4) levels."""
-    values = emulator.mean + scores(emulator, levels)[0] @ emulator.basis
+    values = emulator.mean + scores(emulator, levels) @ emulator.basis
     return np.asarray(values).reshape(len(levels), *emulator.shape, 3)
 
 

@@ -34,14 +34,10 @@ class Evidence:
     left: float
     n_values: int
 
-    def misfit(self, emulator: Emulator, levels: Floats) -> tuple[Floats, Floats]:
-        """Differences (n, n_components), m, and the emulator's variance of them, m2."""
-        mean, variance = scores(emulator, levels)
-        return self.projected - mean @ self.turn.T, variance @ (self.turn**2).T
-
     def squares(self, emulator: Emulator, levels: Floats) -> Floats:
         """Sum of squared differences (n,), m2, over all values."""
-        return np.asarray(np.sum(self.misfit(emulator, levels)[0] ** 2, axis=1) + self.left)
+        difference = self.projected - scores(emulator, levels) @ self.turn.T
+        return np.asarray(np.sum(difference**2, axis=1) + self.left)
 
 
 def seen_values(target: Floats, markers: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -107,11 +103,8 @@ def log_likelihood(
     Parameters
     ----------
     levels : (n, 4)
-    sigma : (n,), m, standard deviation of one value: noise and model discrepancy together
+    sigma : (n,), m, standard deviation of one value: noise, emulator and model discrepancy
     n_effective : independent values among `evidence.n_values`
     """
-    difference, emulated = evidence.misfit(emulator, levels)
-    variance = (sigma**2 * evidence.n_values / n_effective)[:, None]
-    components = difference**2 / (variance + emulated) + np.log1p(emulated / variance)
-    rest = evidence.left / variance[:, 0] + 2 * n_effective * np.log(sigma)
-    return np.asarray(-0.5 * (components.sum(axis=1) + rest))
+    mean_square = evidence.squares(emulator, levels) / evidence.n_values
+    return np.asarray(-0.5 * n_effective * (mean_square / sigma**2 + 2 * np.log(sigma)))

@@ -35,7 +35,7 @@ def _slope(setting: Setting, levels: Floats) -> Floats:
     steps = STEP * np.eye(len(levels))
     high = np.clip(levels + steps, 0, setting.upper)
     low = np.clip(levels - steps, 0, setting.upper)
-    change = scores(setting.emulator, high)[0] - scores(setting.emulator, low)[0]
+    change = scores(setting.emulator, high) - scores(setting.emulator, low)
     width = np.diag(high - low)[:, None]
     return np.asarray(setting.evidence.turn @ (change / width).T)
 

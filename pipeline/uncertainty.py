@@ -273,6 +273,7 @@ def sample_posterior(
     setting = prepare(designs)
     error = designs.plausible_error(setting)
     share = (error / setting.residual) ** 2
+    setting = dataclasses.replace(setting, emulated=error)
     figures = _no_figures(fit, settings, seed) | {
         "emulator_error": error,
         "emulator_share": share,

@@ -135,7 +135,7 @@ def test_the_true_breath_scores_zero_and_stillness_its_closed_form():
 def test_error_does_not_depend_on_where_the_markers_are():
     positions = breathing(np.arange(6 * 4 * RATE) / RATE)
     model = breathing(np.arange(0, 4, 1 / RATE), amplitude=0.007)
-    here, there = rows(positions, model), rows(positions + [1.0, -2.0, 3.0], model)
+    here, there = rows(positions, model), rows(positions + np.array([1.0, -2.0, 3.0]), model)
     assert here["error_p_mm"] == pytest.approx(there["error_p_mm"])
 
 

@@ -74,7 +74,7 @@ def test_failing_runs_are_counted_and_do_not_stop_the_fit(plant, small):
 
 
 def test_too_few_good_runs_for_an_emulator_still_give_levels(plant, small):
-    recording, signature, truth = plant.record(TRUTH, n_cycles=3)
+    recording, signature, _ = plant.record(TRUTH, n_cycles=3)
     settings = dataclasses.replace(small, n_initial=8, n_evaluations=4)
     found = fit_breath(recording, signature, plant.Model(fails_above=0.7), settings, 3)
     assert found.cycle_how.startswith("not done")

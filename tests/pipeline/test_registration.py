@@ -69,7 +69,7 @@ def test_axes_stay_a_rotation_and_the_way_back_is_exact(plant, fit_settings):
 
 
 def test_three_markers_keep_the_size_of_the_table_and_say_so(plant, fit_settings):
-    markers, found = placed(
+    _, found = placed(
         plant, fit_settings, (1.1, 1.1, 1.1), names=("",) * 22, keep=slice(1, 4)
     )
     assert found.fit_scale == (1.0, 1.0, 1.0)
