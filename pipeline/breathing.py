@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.signal
+import scipy.stats
 
 from pipeline.conditioning import bridge, low_pass
 from pipeline.markers import MarkerRecording
@@ -52,7 +53,9 @@ def breathing_signal(recording: MarkerRecording) -> Floats:
     tracks = np.stack([bridge(recording.positions[:, i]) for i in chosen], axis=1)
     moved = tracks - tracks.mean(axis=0)
     band = _in_band(moved, recording.rate)
-    weights = np.ones(moved.shape[1])
+    size = np.sqrt(np.mean(band**2, axis=(0, 2)))
+    # a marker that comes off moves most and would be the first component all by itself
+    weights = 1.0 / np.maximum(1.0, size / max(float(np.median(size)), 1e-9))
     for _ in range(N_REWEIGHTS):
         scaled = (band * weights[:, None]).reshape(len(band), -1)
         _, vectors = np.linalg.eigh(scaled.T @ scaled)
@@ -200,15 +203,34 @@ def _weighted_median(heights: Floats) -> float:
     return float(order[np.searchsorted(np.cumsum(order), 0.5 * order.sum())])
 
 
+def _drift(smooth: Floats, troughs: list[int]) -> Floats:
+    """Slope of the resting level around every trough, m a frame.
+
+    A line through up to five troughs: a drift goes on, a single breath's end does not count.
+    """
+    at = np.array(troughs, dtype=np.float64)
+    slopes = np.zeros(len(troughs))
+    for k in range(len(troughs)):
+        near = slice(max(0, k - 2), k + 3)
+        if len(at[near]) >= 3:
+            slopes[k] = scipy.stats.theilslopes(smooth[troughs][near], at[near]).slope
+    return slopes
+
+
 def _breaths(
     signal: Floats, smooth: Floats, rate: float, troughs: list[int], peaks: list[int]
 ) -> Breaths:
     """Onsets, rests and ends from turning points; `troughs` has one more than `peaks`."""
     n = len(peaks)
+    slopes = _drift(smooth, troughs)
+    frames = np.arange(len(signal))
     onset, rest = np.full(n, np.nan), np.full(n + 1, np.nan)
     for k in range(n):
         before = peaks[k - 1] if k else 0
-        rest[k], onset[k] = refine_onset(signal, smooth, rate, before, troughs[k], peaks[k])
+        drift = slopes[k] * (frames - troughs[k])
+        rest[k], onset[k] = refine_onset(
+            signal - drift, smooth - drift, rate, before, troughs[k], peaks[k]
+        )
     peak = np.array(peaks, dtype=np.float64) / rate
     rise = smooth[np.array(peaks, dtype=int)] - np.interp(
         onset * rate, np.arange(len(smooth)), smooth
