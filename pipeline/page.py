@@ -18,6 +18,10 @@ TABLES = Path(__file__).parent / "tables"
 SUBJECT_MEAN = "subject_mean"
 GROUPS = ("external_intercostals", "diaphragm", "internal_intercostals", "abdomen")
 
+SMALLEST = 1e-6
+# Whole numbers, and what a table already prints with few digits, stay as they are.
+SHORT_NUMBER = r"-?\d+(\.\d{1,3})?"
+
 Rows = list[dict[str, str]]
 
 
@@ -25,7 +29,7 @@ def number(value: Any, digits: int = 3) -> str:
     """Return `value` with so many significant digits; a dash for what is missing."""
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, int) or (isinstance(value, str) and re.fullmatch(r"-?\d+", value)):
+    if isinstance(value, int) or (isinstance(value, str) and re.fullmatch(SHORT_NUMBER, value)):
         return str(value)
     try:
         given = float(value)
@@ -33,7 +37,7 @@ def number(value: Any, digits: int = 3) -> str:
         return "–" if value in (None, "") else str(value)
     if not math.isfinite(given):
         return "–"
-    if given == 0:
+    if abs(given) < SMALLEST:
         return "0"
     places = max(0, digits - 1 - math.floor(math.log10(abs(given))))
     return f"{given:.{min(places, 6)}f}"

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pipeline.page import SUBJECT_MEAN, Rows, number, words
+from pipeline.page import SUBJECT_MEAN, Rows, number, sentence, words
 from pipeline.report_tables import interval_text, main_error, share_of_still
 
 # Below this part of the largest level a group is said to be near rest.
@@ -115,4 +115,5 @@ def summarise(
             (f"{number(records['fit']['tidal_volume_l'], 2)} L", "breathed by the model")
         )
     sentences += _levels(activations)
+    sentences += [sentence(line) for line in records["posterior"].get("identifiability", [])]
     return Summary(sentences=tuple(sentences), numbers=tuple(numbers))

@@ -62,7 +62,8 @@ def sagittal_svg(
     axis.plot([], [], color=SIMULATED, label="simulated")
     axis.legend(fontsize=8)
     axis.set_aspect("equal", adjustable="datalim")
-    axis.set_title(f"from the right, facing right; motion drawn {factor} times as large")
+    size = "in true size" if factor == 1 else f"{factor} times as large"
+    axis.set_title(f"from the right, facing right; motion drawn {size}")
     axis.set_xlabel("mm, forward")
     axis.set_ylabel("mm, up")
     return as_svg(figure)

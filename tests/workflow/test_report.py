@@ -134,7 +134,7 @@ def test_group_counts_subjects_never_recordings_or_breaths(finished):
 @pytest.mark.parametrize(
     ("value", "text"),
     [(0.012345, "0.0123"), (1234.5, "1234"), ("14", "14"), ("", "–"), (float("nan"), "–"),
-     (True, "yes"), (0.0, "0"), ("a word", "a word"), (-2.345, "-2.35")],
+     (True, "yes"), ("0.040", "0.040"), (1e-9, "0"), (0.0, "0"), ("a word", "a word"), (-2.345, "-2.35")],
 )  # fmt: skip
 def test_numbers_have_three_digits_and_gaps_a_dash(value, text):
     assert number(value) == text
