@@ -19,8 +19,6 @@ SUBJECT_MEAN = "subject_mean"
 GROUPS = ("external_intercostals", "diaphragm", "internal_intercostals", "abdomen")
 
 SMALLEST = 1e-6
-# Whole numbers, and what a table already prints with few digits, stay as they are.
-SHORT_NUMBER = r"-?\d+(\.\d{1,3})?"
 
 Rows = list[dict[str, str]]
 
@@ -29,7 +27,7 @@ def number(value: Any, digits: int = 3) -> str:
     """Return `value` with so many significant digits; a dash for what is missing."""
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, int) or (isinstance(value, str) and re.fullmatch(SHORT_NUMBER, value)):
+    if isinstance(value, int) or (isinstance(value, str) and re.fullmatch(r"-?\d+", value)):
         return str(value)
     try:
         given = float(value)
@@ -41,6 +39,12 @@ def number(value: Any, digits: int = 3) -> str:
         return "0"
     places = max(0, digits - 1 - math.floor(math.log10(abs(given))))
     return f"{given:.{min(places, 6)}f}"
+
+
+def cell(value: Any) -> str:
+    """Return `number`, but what a table prints with up to three decimals as it is printed."""
+    printed = isinstance(value, str) and re.fullmatch(r"-?\d+\.\d{1,3}", value)
+    return str(value) if printed else number(value)
 
 
 def words(key: str) -> str:
@@ -119,6 +123,7 @@ def environment() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     made.filters["number"] = number
+    made.filters["cell"] = cell
     made.filters["words"] = words
     made.filters["sentence"] = sentence
     made.globals["css"] = Markup((TEMPLATES / "page.css").read_text(encoding="utf-8"))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.page import inline_svg, number
+from pipeline.page import cell, inline_svg, number
 from pipeline.report import PARTS, write_report
 from pipeline.tabulate import by_subject, error_rows, group_rows, write_error_table, write_group
 
@@ -131,10 +131,23 @@ def test_group_counts_subjects_never_recordings_or_breaths(finished):
     assert rows["abdomen"]["n_subjects"] == 1
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.012345, "0.0123"), (1234.5, "1234"), ("14", "14"), ("", "–"), (float("nan"), "–"),
-     (True, "yes"), ("0.040", "0.040"), (1e-9, "0"), (0.0, "0"), ("a word", "a word"), (-2.345, "-2.35")],
-)  # fmt: skip
+NUMBERS = {
+    0.012345: "0.0123",
+    1234.5: "1234",
+    "14": "14",
+    "": "–",
+    float("nan"): "–",
+    1e-9: "0",
+    "a word": "a word",
+    -2.345: "-2.35",
+}
+
+
+@pytest.mark.parametrize(("value", "text"), NUMBERS.items())
 def test_numbers_have_three_digits_and_gaps_a_dash(value, text):
     assert number(value) == text
+
+
+def test_cells_keep_what_a_table_prints():
+    assert cell("0.040") == "0.040"
+    assert cell("0.0400123") == "0.0400"
