@@ -16,8 +16,8 @@ from sim.errors import InputError
 
 Floats = NDArray[np.float64]
 
-MAX_ROUNDS = 40
-SETTLED = 1e-5
+MAX_ROUNDS = 30
+SETTLED = 1e-4
 """m; the search ends when no point moves further in a round."""
 OUTLIER_SCALE = 2.0
 """In standard deviations: beyond it a misplaced marker counts linearly, not squared."""

@@ -35,14 +35,21 @@ def nearest_on_mesh(points: Floats, vertices: Floats, faces: NDArray[np.int64]) 
     ----------
     points : (n, 3), m; vertices : (n_vertices, 3), m; faces : (n_faces, 3), outward
     """
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    across = np.cross(b - a, c - a)
-    normals = across / np.maximum(np.linalg.norm(across, axis=1), 1e-30)[:, None]
+    corners = vertices[faces]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    all_normals = across / np.maximum(np.linalg.norm(across, axis=1), 1e-30)[:, None]
+    centres = corners.mean(axis=1)
+    radii = np.linalg.norm(corners - centres[:, None], axis=-1).max(axis=1)
     nearest = np.empty_like(points)
     found = np.empty(len(points), dtype=int)
     for k, point in enumerate(points):
+        # no triangle beyond the nearest centre can be nearer than its own reach allows
+        away = np.linalg.norm(centres - point, axis=1)
+        near = np.flatnonzero(away - radii <= away.min())
+        a, b, c = corners[near].swapaxes(0, 1)
+        normals = all_normals[near]
         foot = point - _dot(point - a, normals)[:, None] * normals
-        inside = np.ones(len(faces), dtype=bool)
+        inside = np.ones(len(near), dtype=bool)
         for p, q in ((a, b), (b, c), (c, a)):
             inside &= _dot(np.cross(q - p, foot - p), normals) >= 0
         candidates = np.stack(
@@ -55,5 +62,5 @@ def nearest_on_mesh(points: Floats, vertices: Floats, faces: NDArray[np.int64]) 
         )
         squared = np.sum((candidates - point) ** 2, axis=-1)
         way, face = np.unravel_index(int(np.argmin(squared)), squared.shape)
-        nearest[k], found[k] = candidates[way, face], face
-    return Nearest(points=nearest, normals=normals[found])
+        nearest[k], found[k] = candidates[way, face], near[face]
+    return Nearest(points=nearest, normals=all_normals[found])
