@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from pathlib import Path
 from typing import NamedTuple
@@ -50,7 +51,46 @@ def read_header(path: Path) -> Header:
         raise InputError(f"{path}: parameters: the file is cut off. Export it again.")
     header = _unpack(path, block, parameters[3])
     _check_length(path, header, size)
+    _check_parameters(path, (block[0] - 1) * BLOCK, ">" if parameters[3] == MIPS else "<")
     return header
+
+
+def _check_parameters(path: Path, start: int, order: str) -> None:
+    """Walk the chain of groups and parameters: the library follows damaged links to its death."""
+    content = path.read_bytes()
+    end = min(len(content), start + content[start + 2] * BLOCK)
+    at, names = start + 4, set()
+    damaged = InputError(f"{path}: parameters: damaged. Copy or export the file again.")
+    while at + 2 <= end and content[at] != 0:
+        n_name, identity = abs(struct.unpack("b", content[at : at + 1])[0]), content[at + 1]
+        link = at + 2 + n_name
+        if link + 2 > end or identity == 0:
+            raise damaged
+        name = content[at + 2 : link]
+        if not all(33 <= letter < 127 for letter in name):
+            raise damaged
+        names.add((identity, name.upper()))
+        (step,) = struct.unpack(order + "H", content[link : link + 2])
+        if identity < 128 and not _fits(content, link + 2, end if step == 0 else link + step):
+            raise damaged
+        if step == 0:
+            break
+        at = link + step
+        if at > end:
+            raise damaged
+    if not any(name == b"POINT" and identity >= 128 for identity, name in names):
+        raise damaged
+
+
+def _fits(content: bytes, at: int, end: int) -> bool:
+    """Whether a parameter's dimensions and values end where the next record starts."""
+    if at + 2 > end:
+        return False
+    size, n_dimensions = abs(struct.unpack("b", content[at : at + 1])[0]), content[at + 1]
+    if size not in (1, 2, 4) or n_dimensions > 7 or at + 2 + n_dimensions > end:
+        return False
+    n_values = math.prod(content[at + 2 : at + 2 + n_dimensions])
+    return bool(at + 2 + n_dimensions + size * n_values <= end)
 
 
 def _unpack(path: Path, block: bytes, processor: int) -> Header:

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 import yaml
 
+from pipeline.markers import MarkerRecording, read_recording
 from pipeline.settings import MarkerSettings, SignatureSettings
 
 if TYPE_CHECKING:
@@ -68,6 +70,20 @@ def marker_settings() -> MarkerSettings:
 @pytest.fixture(scope="session")
 def signature_settings() -> SignatureSettings:
     return SignatureSettings(**_section("signature"))
+
+
+@pytest.fixture(scope="session")
+def sample_recording(
+    data_samples: Path, marker_settings: MarkerSettings
+) -> Callable[[str], MarkerRecording]:
+    """Read a synthetic subject as the markers stage does; each file once."""
+
+    @cache
+    def read(subject: str) -> MarkerRecording:
+        path = data_samples / f"{subject}.c3d"
+        return read_recording(path, marker_settings, name=subject, posture="upright")
+
+    return read
 
 
 @pytest.fixture(scope="session")

@@ -122,11 +122,9 @@ def test_signal_ignores_one_noisy_marker(torso_tracks, marker_settings, tmp_path
     assert np.corrcoef(signals)[0, 1] > 0.97
 
 
-def test_up_is_inspiration(data_samples, marker_settings):
+def test_up_is_inspiration(data_samples, sample_recording):
     for k in range(1, 5):
-        recording = read_recording(
-            data_samples / f"subject{k}.c3d", marker_settings, name="a", posture="upright"
-        )
+        recording = sample_recording(f"subject{k}")
         with (data_samples / f"subject{k}.truth.csv").open() as file:
             rows = [(float(r["time_s"]), float(r["lung_ml"])) for r in csv.DictReader(file)]
         time, lung = np.array(rows).T
@@ -135,11 +133,9 @@ def test_up_is_inspiration(data_samples, marker_settings):
 
 
 @pytest.mark.parametrize("subject", ["subject1", "subject2", "subject3", "subject4"])
-def test_onsets_of_the_samples(data_samples, marker_settings, signature_settings, subject):
+def test_onsets_of_the_samples(data_samples, sample_recording, signature_settings, subject):
     truth = json.loads((data_samples / f"{subject}.truth.json").read_text())["breaths"]
-    path = data_samples / f"{subject}.c3d"
-    recording = read_recording(path, marker_settings, name=subject, posture="upright")
-    found = breath_signature(recording, signature_settings)
+    found = breath_signature(sample_recording(subject), signature_settings)
     # the truth leaves out breaths that either end of the recording cuts
     onsets = found.onset[found.onset < truth[-1]["end_s"] - 0.5]
     f1, errors = score(onsets, np.array([b["onset_s"] for b in truth]))

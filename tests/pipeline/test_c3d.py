@@ -97,6 +97,19 @@ def test_files_that_are_no_c3d(tmp_path, torso_tracks, write_c3d):
     refused(tmp_path / "part0.9.c3d", "cut off", "of 200 frames")
 
 
+def test_damaged_parameters(tmp_path, torso_tracks, write_c3d):
+    """The library follows a wrong link or length out of its memory: stopped before."""
+    labels, tracks = torso_tracks(duration=1.0)
+    path = write_c3d(tmp_path / "a.c3d", labels, 1e3 * tracks)
+    whole = path.read_bytes()
+    at = whole.index(b"LABELS")
+    for change in (-2, 6, 7, 8, 9, 10):
+        part = bytearray(whole)
+        part[at + change] = 120
+        path.write_bytes(bytes(part))
+        refused(path)
+
+
 def test_no_rate_and_nothing_seen(tmp_path, torso_tracks, write_c3d):
     labels, tracks = torso_tracks(duration=1.0)
     refused(write_c3d(tmp_path / "a.c3d", labels, 1e3 * tracks, rate=0.0), "rate")

@@ -117,11 +117,11 @@ def test_two_breaths_are_enough(marker_settings, signature_settings):
     assert np.isfinite(found.end).all()
 
 
-def test_times_are_those_of_the_file(data_samples, marker_settings, signature_settings):
+def test_times_are_those_of_the_file(
+    data_samples, sample_recording, marker_settings, signature_settings
+):
     path = data_samples / "subject1.c3d"
-    whole = breath_signature(
-        read_recording(path, marker_settings, name="a", posture="upright"), signature_settings
-    )
+    whole = breath_signature(sample_recording("subject1"), signature_settings)
     part = breath_signature(
         read_recording(path, marker_settings, name="a", posture="upright", start_s=30.0),
         signature_settings,
