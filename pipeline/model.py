@@ -104,10 +104,10 @@ class TorsoModel:
     _built: tuple[tuple[float, float, float], Any] | None = None
 
     def _torso(self, fit_scale: tuple[float, float, float]) -> Any:
-        from sim.model.torso import build_torso
+        from sim.resting import rest_torso
 
         if self._built is None or self._built[0] != fit_scale:
-            self._built = (fit_scale, build_torso(self.subject, fit_scale=fit_scale))
+            self._built = (fit_scale, rest_torso(self.subject, fit_scale=fit_scale))
         return self._built[1]
 
     def surface(self, fit_scale: tuple[float, float, float], posture: str) -> Surface:

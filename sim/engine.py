@@ -22,7 +22,7 @@ from sim.physics.plant import Plant
 from sim.physics.rigid import add_joints, move_points, place_points, project
 from sim.physics.surface import add_pressure, enclosed_volume
 from sim.physics.system import Work, refresh, solve_step
-from sim.physics.types import Floats
+from sim.physics.types import Floats, Ints
 
 _CALLS = ("mj_kinematics", "mj_comPos", "mj_comVel", "mj_makeM", "mj_rne", "mj_integratePos")
 
@@ -49,6 +49,10 @@ mj_rne = types.ExternalFunction(
 mj_integratePos = types.ExternalFunction(
     "mj_integratePos", types.void(_POINTER, _POINTER, _POINTER, types.float64)
 )
+
+
+FOLLOW_EVERY = 2
+"""Steps after which the diaphragm particles look for the face beside them."""
 
 
 class Bones(NamedTuple):
@@ -294,8 +298,9 @@ def run(
     for i in range(drive.activation.shape[0]):
         activation = drive.activation[i]
         predict(bones, plant, work, state, step)
-        if i % schedule.refresh_every == 0:
+        if i % FOLLOW_EVERY == 0:
             follow_sheet(work.x, plant.contacts, work.held)
+        if i % schedule.refresh_every == 0:
             work.f[:] = 0.0
             add_elastic(plant, work, activation)
             mj_makeM(bones.model, bones.data)
@@ -327,3 +332,36 @@ def run(
                 record.tension[frame] = work.tension
             frame += 1
     return drive.activation.shape[0]
+
+
+@njit(cache=True, nogil=True)
+def replay(
+    bones: Bones,
+    plant: Plant,
+    work: Work,
+    qpos: Floats,
+    soft: Floats,
+    chosen: Ints,
+    position: Floats,
+    rotation: Floats,
+    points: Floats,
+) -> None:
+    """Kinematics of recorded frames.
+
+    Parameters
+    ----------
+    qpos, soft : (n_frames, n_q) and (n_frames, n_particles, 3)
+    chosen : (n,), point indices
+    position, rotation, points : (n_frames, n_bodies, 3), (n_frames, n_bodies, 9) and
+        (n_frames, n, 3), written
+    """
+    bound = plant.point_body.shape[0]
+    for f in range(qpos.shape[0]):
+        bones.qpos[:] = qpos[f]
+        mj_kinematics(bones.model, bones.data)
+        position[f] = bones.position
+        rotation[f] = bones.rotation
+        place_points(plant, bones.position, bones.rotation, work.x)
+        work.x[bound:] = soft[f]
+        for k in range(chosen.shape[0]):
+            points[f, k] = work.x[chosen[k]]

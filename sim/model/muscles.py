@@ -22,6 +22,7 @@ MUSCLE_GROUPS = (
     "external_intercostals",
     "internal_intercostals",
     "parasternal_intercostals",
+    "scalenes",
     "diaphragm",
     "rectus",
     "external_oblique",
@@ -103,6 +104,19 @@ class IntercostalBuilder:
                 self._space(side, upper, "internal_intercostals", -1.0, 0.22, 1.0)
                 if upper <= 6:
                     self._parasternal(side, upper)
+            self._scalenes(side)
+
+    def _scalenes(self, side: int) -> None:
+        """Lines from the neck to the first two ribs."""
+        sign = 1.0 if side == 0 else -1.0
+        for level, rib, u in (("C4", 1, 0.6), ("C6", 1, 0.4), ("C5", 1, 0.5), ("C5", 2, 0.35)):
+            top = self.anatomy.spine[level] + np.array([0.0, sign * 0.025, 0.0])
+            low = _at(self.anatomy.rib[side, rib - 1], np.array([u]))[0]
+            handles = [
+                self.points.add(self.body["C4-C7"], top),
+                self.points.add(self.body[f"rib_{SIDES[side]}{rib}"], low),
+            ]
+            self.muscles.add_chain("scalenes", handles, [self.parameters["scalene_width"]])
 
     def _space(
         self, side: int, upper: int, group: str, lean: float, start: float, end: float

@@ -1,0 +1,158 @@
+"""Steady breaths of one torso at one timing, for given maximum levels of the muscles."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.errors import UnstableSimulation
+from sim.model.landmarks import Attachments, marker_places
+from sim.physics.types import Floats
+from sim.resting import RestingTorso
+from sim.simulate import BREATH_STEP, Trajectory, group_activation, simulate, skin_frames
+
+RELEASE = 0.6
+"""Share of the expiration (without its pause) over which the inspiratory muscles let go."""
+FADE = 0.1
+"""Share of the expiration over which the expiratory muscles let go at its end."""
+
+
+def sawtooth(
+    time: Floats, *, inspiration: float, expiration: float, pause: float
+) -> tuple[Floats, Floats]:
+    """Inspiratory and expiratory sawtooth of a breath, each from 0 to 1.
+
+    Inspiratory muscles rise through the inspiration and let go over the first part of the
+    expiration; expiratory muscles rise through the expiration and are at rest in its pause.
+
+    Parameters
+    ----------
+    time : (n,), s since the onset of inspiration; periodic
+    inspiration, expiration, pause : s; the pause is the end of the expiration
+
+    Returns
+    -------
+    (n,), (n,)
+
+    References
+    ----------
+    dilorenzo2009, section 5.3.2 (piecewise-linear sawtooth, linked timing)
+    """
+    period = inspiration + expiration
+    t = np.mod(time, period)
+    out = expiration - pause
+    inward = np.interp(t, [0.0, inspiration, inspiration + RELEASE * out, period], [0, 1, 0, 0])
+    top = inspiration + (1.0 - FADE) * out
+    end = inspiration + out
+    outward = np.interp(t, [0.0, inspiration, top, end, period + 1e-9], [0, 0, 1, 0, 0])
+    return np.asarray(inward), np.asarray(outward)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BreathRuns:
+    """One steady breath of each run.
+
+    Parameters
+    ----------
+    time : (n_frames,), s from the onset of inspiration
+    positions : (n, n_frames, n_markers, 3), m; not a number where the run failed
+    lung_volume : (n, n_frames), m^3
+    failed : (n,)
+    """
+
+    time: Floats
+    positions: Floats
+    lung_volume: Floats
+    failed: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BreathSimulator:
+    """Runs breaths of one torso at one timing.
+
+    Parameters
+    ----------
+    torso : at rest
+    posture : "upright" or "supine"
+    attachments : markers
+    inspiration_time, expiration_time, pause_time : s; the pause is part of the expiration
+    rate : frames a second
+    workers : threads; they change the speed, never a number
+    """
+
+    torso: RestingTorso
+    posture: str
+    attachments: Attachments
+    inspiration_time: float
+    expiration_time: float
+    pause_time: float
+    rate: float
+    workers: int
+
+    @property
+    def period(self) -> float:
+        """Length of a breath, s."""
+        return self.inspiration_time + self.expiration_time
+
+    def activation(self, levels: Floats) -> Floats:
+        """Activation of the muscle groups over two breaths.
+
+        Parameters
+        ----------
+        levels : (4,), maximum levels
+
+        Returns
+        -------
+        (n_steps, n_groups)
+        """
+        time = np.arange(2 * round(self.period / BREATH_STEP)) * BREATH_STEP
+        inward, outward = sawtooth(
+            time,
+            inspiration=self.inspiration_time,
+            expiration=self.expiration_time,
+            pause=self.pause_time,
+        )
+        shape = np.stack([inward, inward, outward, outward], axis=1)
+        return group_activation(shape * levels)
+
+    def trajectory(self, levels: Floats) -> Trajectory:
+        """Two breaths from rest, the second of them steady."""
+        return simulate(
+            self.torso, self.activation(levels), posture=self.posture, rate=self.rate
+        )
+
+    def run(self, levels: Floats) -> BreathRuns:
+        """Run breaths for many levels.
+
+        Parameters
+        ----------
+        levels : (n, 4), in [0, 1], in the order of `sim.simulate.LEVELS`
+        """
+        self.torso.rest(self.posture)
+        batch = np.atleast_2d(np.asarray(levels, dtype=float))
+        with ThreadPoolExecutor(max_workers=self.workers) as pool:
+            found = list(pool.map(self._one, batch))
+        time = np.arange(round(self.period * self.rate)) / self.rate
+        shape = (len(batch), len(time), len(self.attachments.face), 3)
+        positions, volume = np.full(shape, np.nan), np.full(shape[:2], np.nan)
+        for k, run in enumerate(found):
+            if run is not None:
+                positions[k], volume[k] = run
+        failed = np.array([run is None for run in found])
+        return BreathRuns(time=time, positions=positions, lung_volume=volume, failed=failed)
+
+    def _one(self, levels: Floats) -> tuple[Floats, Floats] | None:
+        try:
+            trajectory = self.trajectory(levels)
+        except UnstableSimulation:
+            return None
+        n = round(self.period * self.rate)
+        markers = marker_places(self.attachments, skin_frames(self.torso, trajectory))
+        wanted = self.period + np.arange(n) / self.rate
+        flat = markers.reshape(len(markers), -1)
+        out = np.stack([np.interp(wanted, trajectory.time, c) for c in flat.T], axis=1)
+        volume = np.interp(wanted, trajectory.time, trajectory.lung)
+        return out.reshape(n, *markers.shape[1:]), volume

@@ -1,0 +1,192 @@
+"""Run a torso from rest and keep what happened."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from sim import engine
+from sim.errors import UnstableSimulation
+from sim.model.landmarks import skin_places
+from sim.model.muscles import MUSCLE_GROUPS
+from sim.physics.types import Floats, Ints
+from sim.resting import RestingTorso
+from sim.rest import GRAVITY, Machine, copy_state
+from sim.tables import read_rows
+
+BREATH_STEP = 0.002
+"""s; halving it changes the tidal volume of a breath by less than 1 % (docs/calibration.md)."""
+REFRESH = 50
+"""Steps for which a factorisation serves."""
+SPEED_LIMIT = 20.0
+LEVELS = ("external_intercostals", "diaphragm", "internal_intercostals", "abdomen")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Trajectory:
+    """What a run left behind, one row a frame.
+
+    Parameters
+    ----------
+    time : (n_frames,), s
+    qpos : (n_frames, n_q), joint positions of the bones
+    soft : (n_frames, n_particles, 3), m
+    lung, chest, abdomen : (n_frames,), volumes, m^3
+    alveolar, pleural, abdominal : (n_frames,), pressures, Pa
+    flow : (n_frames,), m^3/s, positive out
+    tension : (n_frames, n_elements), N, or empty
+    """
+
+    time: Floats
+    qpos: Floats
+    soft: Floats
+    lung: Floats
+    chest: Floats
+    abdomen: Floats
+    alveolar: Floats
+    pleural: Floats
+    abdominal: Floats
+    flow: Floats
+    tension: Floats
+
+
+def group_activation(levels: Floats) -> Floats:
+    """Activation of every muscle group from the four levels.
+
+    Parameters
+    ----------
+    levels : (..., 4), in the order of `LEVELS`
+
+    Returns
+    -------
+    (..., n_groups), in the order of `MUSCLE_GROUPS`
+    """
+    share = np.zeros((len(LEVELS), len(MUSCLE_GROUPS)))
+    for row in read_rows("levels.csv"):
+        share[LEVELS.index(row["level"]), MUSCLE_GROUPS.index(row["group"])] = float(row["share"])
+    return np.asarray(levels @ share)
+
+
+def simulate(
+    resting: RestingTorso,
+    activation: Floats,
+    *,
+    posture: str,
+    step: float = BREATH_STEP,
+    rate: float = 50.0,
+    tension: bool = False,
+    dump: Path | None = None,
+) -> Trajectory:
+    """Run from rest.
+
+    Parameters
+    ----------
+    activation : (n_steps, n_groups), in [0, 1]
+    step : s
+    rate : frames a second to keep
+    tension : keep the tension of every element as well
+    dump : file for the state just before a divergence
+
+    Raises
+    ------
+    UnstableSimulation
+        if a speed passes 20 m/s or stops being a number
+    """
+    rest = resting.rest(posture)
+    torso, state = rest.torso, copy_state(rest.state)
+    machine = Machine(torso)
+    every = max(1, round(1.0 / (rate * step)))
+    n_frames = len(activation) // every
+    n_tension = len(torso.plant.muscles.a) if tension else 0
+    record = engine.Record(
+        qpos=np.zeros((n_frames, machine.model.nq)),
+        soft=np.zeros((n_frames, torso.n_particles, 3)),
+        scalars=np.zeros((n_frames, 9)),
+        tension=np.zeros((n_frames if tension else 0, n_tension)),
+    )
+    machine.set_gravity(GRAVITY[posture])
+    drive = engine.Drive(
+        activation=np.ascontiguousarray(activation, dtype=float),
+        gravity=np.array(GRAVITY[posture]),
+        locked=np.zeros(machine.model.nv),
+        pleural=np.nan,
+    )
+    schedule = engine.Schedule(
+        step=step, refresh_every=REFRESH, record_every=every, drag=0.0, speed_limit=SPEED_LIMIT
+    )
+    done = engine.run(
+        machine.bones, torso.plant, machine.work, state, schedule, drive, record
+    )
+    if done < len(activation):
+        raise UnstableSimulation(_diverged(done * step, machine, state), _dump(dump, state))
+    s = record.scalars
+    return Trajectory(
+        time=(np.arange(n_frames) + 1) * every * step,
+        qpos=record.qpos,
+        soft=record.soft,
+        lung=s[:, 0],
+        chest=s[:, 1],
+        abdomen=s[:, 2],
+        alveolar=s[:, 3],
+        pleural=s[:, 4],
+        abdominal=s[:, 5],
+        flow=s[:, 6],
+        tension=record.tension,
+    )
+
+
+def _diverged(time: float, machine: Machine, state: engine.State) -> str:
+    fastest = int(np.argmax(np.nan_to_num(np.abs(state.qvel), nan=np.inf)))
+    name = machine.model.body(int(machine.model.dof_bodyid[fastest])).name
+    soft = float(np.nanmax(np.abs(state.soft_velocity)))
+    return (
+        f"the simulation diverged at {time:.3f} s: body {name} at {state.qvel[fastest]:.3g}, "
+        f"fastest particle at {soft:.3g} m/s. Lower the activation or the step."
+    )
+
+
+def _dump(path: Path | None, state: engine.State) -> Path | None:
+    if path is not None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        np.savez_compressed(path, **state._asdict())
+    return path
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Poses:
+    """Bodies and chosen points of every frame.
+
+    Parameters
+    ----------
+    position : (n_frames, n_bodies, 3), m
+    rotation : (n_frames, n_bodies, 3, 3), body to world
+    points : (n_frames, n_chosen, 3), m
+    """
+
+    position: Floats
+    rotation: Floats
+    points: Floats
+
+
+def replay(resting: RestingTorso, trajectory: Trajectory, chosen: Ints) -> Poses:
+    """Places of bodies and points; `chosen` (n,) are point indices."""
+    torso, n = resting.torso, len(trajectory.time)
+    machine = Machine(torso)
+    nb = machine.model.nbody
+    position, rotation = np.zeros((n, nb, 3)), np.zeros((n, nb, 9))
+    points = np.zeros((n, len(chosen), 3))
+    engine.replay(
+        machine.bones, torso.plant, machine.work, trajectory.qpos, trajectory.soft,
+        np.asarray(chosen, dtype=np.int64), position, rotation, points,
+    )  # fmt: skip
+    return Poses(position=position, rotation=rotation.reshape(n, nb, 3, 3), points=points)
+
+
+def skin_frames(resting: RestingTorso, trajectory: Trajectory) -> Floats:
+    """(n_frames, n_vertices, 3), the skin in every frame, m."""
+    poses = replay(resting, trajectory, resting.skin.point)
+    return skin_places(
+        resting.skin, resting.torso, poses.points, poses.position, poses.rotation
+    )
