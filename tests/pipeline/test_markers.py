@@ -280,3 +280,17 @@ def test_y_up_without_a_screen(data_real, marker_settings):
     place = np.nanmean(recording.positions, axis=0)
     assert place[recording.labels.index("Sternum"), 0] > 0.1
     assert place[recording.labels.index("ScapulaL1"), 1] > 0.05
+
+
+def test_a_front_column_alone(torso_tracks, marker_settings):
+    """Standing, no back: up is the vertical, forward the way the chest goes while it rises."""
+    labels, tracks = torso_tracks(duration=12.0)
+    turned = Rotation.from_euler("z", 70, degrees=True).apply(tracks[:, :4].reshape(-1, 3))
+    raw = raw_of(labels[:4], turned.reshape(len(tracks), 4, 3))
+    recording = ready(raw, marker_settings)
+    assert recording.back == ()
+    assert any("not removed" in w for w in recording.quality["warnings"])
+    place = recording.positions.mean(axis=0)
+    np.testing.assert_allclose(place[0, 2] - place[3, 2], 0.35, atol=1e-3)
+    assert place[3, 0] - place[0, 0] == pytest.approx(0.06, abs=5e-3)
+    assert np.ptp(recording.positions[:, 3, 0]) == pytest.approx(0.8 * 6e-3, rel=0.1)
