@@ -12,6 +12,7 @@ from pipeline.breaths import recorded_cycles, used_cycles
 from pipeline.cost import mean_cycle, play
 from pipeline.level_fit import LevelFit, bound_simulator
 from pipeline.model import BreathModel
+from pipeline.registration import as_recorded
 from pipeline.scoring import MM
 from pipeline.trials import MarkerCost, emulated_best
 
@@ -67,7 +68,7 @@ def _real_cost(
     time, turn = found.trials.time, signature.inspiration_time
     late = inspiration + (time - turn) / signature.expiration_time * expiration
     at = np.where(time < turn, time / turn * inspiration, late)
-    positions = found.registration.to_recording(np.asarray(runs.positions[0]))
+    positions = as_recorded(runs, found.registration, recording.back)[0]
     played = play(np.asarray(runs.time), positions, inspiration + expiration, at)
     return float(cost(played[None])[0])
 

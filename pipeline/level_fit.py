@@ -88,6 +88,7 @@ def fit_levels(
         registration,
         signature_breath(signature),
         counted_markers(recording, settings.markers),
+        recording.back,
         settings,
     )
     first_runs(trials, settings.n_initial, seed)

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from pipeline.model import BreathModel
+from pipeline.body import remove_trunk
+from pipeline.model import BreathModel, Runs
 from pipeline.settings import FitSettings
 from pipeline.skin import Nearest, nearest_on_mesh
 from sim.errors import InputError
@@ -48,6 +49,29 @@ class Registration:
     def to_recording(self, positions: Floats) -> Floats:
         """Torso positions (..., 3) m in the axes of the recording."""
         return np.asarray((positions - self.translation) @ self.rotation)
+
+
+def as_recorded(runs: Runs, registration: Registration, back: tuple[int, ...]) -> Floats:
+    """Markers of runs as a recording of them would hold them; NaN where a run failed.
+
+    A recording's places are relative to its back markers. The torso's must be, too: what its spine
+    does has been taken out of the measured side.
+
+    Parameters
+    ----------
+    back : markers by which the recording's trunk motion was removed, empty if it was not
+
+    Returns
+    -------
+    (n, n_frames, n_markers, 3), m, in the recording's axes
+    """
+    positions = registration.to_recording(np.asarray(runs.positions))
+    for number, failed in enumerate(runs.failed):
+        if failed:
+            positions[number] = np.nan
+        elif back:
+            positions[number], _ = remove_trunk(positions[number], list(back), [])
+    return positions
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -9,7 +9,7 @@ from pipeline.cost import mean_distance, velocity, without_offset
 from pipeline.emulator import MIN_RUNS, Emulator, build_emulator, predict
 from pipeline.model import Simulator
 from pipeline.optimise import Search, minimise, sobol_points
-from pipeline.registration import Registration
+from pipeline.registration import Registration, as_recorded
 from pipeline.scoring import Breath
 from pipeline.settings import FitSettings
 
@@ -67,6 +67,7 @@ class Trials:
     registration : turns the torso's axes into the recording's
     signature : the measured breath
     markers : (n,), indices of the markers that count
+    back : markers by which the recording's trunk motion was removed
     """
 
     def __init__(
@@ -75,6 +76,7 @@ class Trials:
         registration: Registration,
         signature: Breath,
         markers: NDArray[np.int64],
+        back: tuple[int, ...],
         settings: FitSettings,
     ) -> None:
         self.simulator = simulator
@@ -83,6 +85,7 @@ class Trials:
         self.upper = np.full(N_GROUPS, settings.upper_level)
         self.signature = signature
         self.markers = markers
+        self.back = back
         self.levels = np.empty((0, N_GROUPS))
         self.cost = np.empty(0)
         self.time = np.empty(0)
@@ -93,8 +96,7 @@ class Trials:
         """Simulate (n, 4) levels, keep the runs, return their costs (n,), m."""
         runs = self.simulator.run(levels)
         self.time = np.asarray(runs.time)
-        positions = self.registration.to_recording(runs.positions)
-        positions[np.asarray(runs.failed, dtype=bool)] = np.nan
+        positions = as_recorded(runs, self.registration, self.back)
         cost = self.marker_cost()(positions)
         self._positions.extend(positions)
         self._lung_volume.extend(runs.lung_volume)

@@ -18,7 +18,7 @@ from pipeline.designs import Designs, add_designs
 from pipeline.emulator import MIN_RUNS
 from pipeline.intervals import activation_rows, bounded_interval, correlations, identifiability
 from pipeline.level_fit import bound_simulator, counted_markers
-from pipeline.registration import Registration
+from pipeline.registration import Registration, as_recorded
 from pipeline.sampling import Chains
 from pipeline.scoring import Row
 from pipeline.settings import FitSettings
@@ -94,7 +94,7 @@ class _Parts:
 
 
 def _simulate(
-    fit: FitResult, model: BreathModel, settings: FitSettings
+    fit: FitResult, back: tuple[int, ...], model: BreathModel, settings: FitSettings
 ) -> Callable[[Floats], Floats]:
     """Return a function from (n, 4) levels to displacement, NaN where a run failed."""
     registration = Registration(
@@ -111,8 +111,7 @@ def _simulate(
 
     def run(levels: Floats) -> Floats:
         runs = simulator.run(levels)
-        positions = registration.to_recording(np.asarray(runs.positions))
-        positions[np.asarray(runs.failed, dtype=bool)] = np.nan
+        positions = as_recorded(runs, registration, back)
         return np.asarray(positions - positions.mean(axis=1, keepdims=True))
 
     return run
@@ -266,7 +265,7 @@ def sample_posterior(
     designs = add_designs(
         Designs.of_runs(fit.run_levels, fit.run_displacement),
         prepare,
-        _simulate(fit, model, fit_settings),
+        _simulate(fit, recording.back, model, fit_settings),
         settings,
         seed,
     )

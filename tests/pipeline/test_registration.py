@@ -1,10 +1,12 @@
 """Size and place of a torso from its own markers."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pipeline.registration import register
+from pipeline.registration import as_recorded, register
 from pipeline.skin import nearest_on_mesh
 from sim.errors import InputError
 
@@ -69,9 +71,7 @@ def test_axes_stay_a_rotation_and_the_way_back_is_exact(plant, fit_settings):
 
 
 def test_three_markers_keep_the_size_of_the_table_and_say_so(plant, fit_settings):
-    _, found = placed(
-        plant, fit_settings, (1.1, 1.1, 1.1), names=("",) * 22, keep=slice(1, 4)
-    )
+    _, found = placed(plant, fit_settings, (1.1, 1.1, 1.1), names=("",) * 22, keep=slice(1, 4))
     assert found.fit_scale == (1.0, 1.0, 1.0)
     assert len(found.notes) == 2
     assert "size" in found.notes[0]
@@ -94,3 +94,18 @@ def test_an_unseen_marker_gets_no_residual_and_a_note(plant, fit_settings):
 def test_no_marker_at_all_is_one_clear_line(plant, fit_settings):
     with pytest.raises(InputError, match="no marker is visible"):
         register(plant.Model(), np.full((3, 3), np.nan), ("",) * 3, (), "supine", fit_settings)
+
+
+def test_a_torso_that_only_tilts_stands_still_beside_its_back(plant, fit_settings):
+    names, points, sagittal = plant.markers()
+    markers = lift(points, fit_settings.marker_radius_m)
+    found = register(plant.Model(), markers, names, sagittal, "upright", fit_settings)
+    turns = Rotation.from_rotvec(np.outer(np.sin(np.linspace(0, 6, 30)), [0, 0.05, 0]))
+    tilting = np.stack([turn.apply(points) for turn in turns])
+    runs = SimpleNamespace(positions=np.stack([tilting, tilting]), failed=np.array([False, True]))
+    back = tuple(i for i, point in enumerate(points) if point[0] < 0)
+    alone, failed = as_recorded(runs, found, ())
+    relative, _ = as_recorded(runs, found, back)
+    assert np.ptp(alone, axis=0).max() > 0.03
+    assert np.ptp(relative, axis=0).max() < 1e-5
+    assert np.isnan(failed).all()
