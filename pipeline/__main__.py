@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -154,10 +155,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except TorsoError as error:
         print(f"pleura: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        return 130
     except BrokenPipeError:
         # The reader of a pipe (head, say) left early; that is no error of ours.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        what = " ".join(f"{type(error).__name__}: {error}".split())
+        where = f"{Path(place.filename).name} line {place.lineno}"
+        print(f"pleura: internal error in {where} ({what}). Report it.", file=sys.stderr)
+        return 1
 
 
 if __name__ == "__main__":

@@ -58,3 +58,21 @@ def first_problem(folder: Path, stages: Sequence[str] = RECORDS) -> dict[str, An
         if record["status"] != OK:
             return record
     return None
+
+
+def forget_failures(results: Path, names: Sequence[str]) -> None:
+    """Remove records of stages that broke, so that the next run tries them again.
+
+    A row that cannot be used keeps its record until it changes; what broke (a defect, a full disk)
+    may be mended without any change that Snakemake can see.
+
+    Parameters
+    ----------
+    results : folder with one folder a recording
+    names : the recordings to look at
+    """
+    for name in names:
+        for stage in RECORDS:
+            path = results / name / f"{stage}.json"
+            if path.exists() and read_json(path)["status"] == FAILED:
+                path.unlink()

@@ -6,7 +6,7 @@ from pathlib import Path
 from snakemake.cli import get_argument_parser
 from snakemake.logging import logger
 
-from pipeline import console, places
+from pipeline import console, places, status
 from pipeline import workflow as plans
 from sim.errors import TorsoError
 
@@ -44,4 +44,5 @@ if workflow.is_main_process:
     if notice:
         console.say(notice)
     if not asked.dryrun:
+        status.forget_failures(plans.RESULTS, plan.asked(asked.targets)[0])
         console.conclude(told, *plan.asked(asked.targets), plans.RESULTS)

@@ -64,3 +64,11 @@ def test_text_renamed_to_c3d_is_one_line(in_study, capsys):
 def test_version_names_the_code_that_runs(capsys):
     assert main(["version"]) == 0
     assert capsys.readouterr().out.startswith("pleura ")
+
+
+def test_defect_of_ours_is_one_line_too(in_study, capsys, monkeypatch):
+    monkeypatch.setattr("pipeline.__main__.places.fingerprint", lambda root: 1 / 0)
+    assert main(["version"]) == 1
+    err = capsys.readouterr().err
+    assert "internal error in test_command_line.py" in err
+    assert len(err.splitlines()) == 1

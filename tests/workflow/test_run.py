@@ -7,6 +7,7 @@ import pytest
 from pipeline.job import make_job, read_job
 from pipeline.records import read_json
 from pipeline.run import run_stage
+from pipeline.status import forget_failures, write_unusable
 from pipeline.workflow import read_plan
 from sim.errors import InputError, TorsoError
 
@@ -88,3 +89,12 @@ def test_job_survives_the_command_line(job):
     assert read_job(job("fit").text) == job("fit")
     with pytest.raises(InputError, match="is not a job"):
         read_job("{}")
+
+
+def test_what_broke_is_tried_again_what_is_unusable_is_not(job, tmp_path):
+    for name, status in (("broken", "failed"), ("bad", "unusable")):
+        path = tmp_path / name / "markers.json"
+        write_unusable(path, job("markers"), "why", stage="markers", status=status)
+    forget_failures(tmp_path, ["broken", "bad", "new"])
+    assert not (tmp_path / "broken" / "markers.json").exists()
+    assert (tmp_path / "bad" / "markers.json").exists()
