@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 import scipy.optimize
 from scipy.spatial.distance import cdist
 
-from pipeline.labels import places
+from pipeline.labels import MIN_NUMBERED, places, region
 from pipeline.raw import Floats
 from sim.errors import InputError
 
@@ -77,12 +78,19 @@ def body_axes(
         if len(known) < MIN_NAMED_FOR_LEAN and found[2] @ up > np.cos(np.radians(35.0)):
             found = _about(up, mean[known], nominal, axis=2)
         return found, notes
-    if len(known) >= 2:
-        up = np.eye(3)[2 if vertical < 0 else vertical]
+    up = np.eye(3)[2 if vertical < 0 else vertical]
+    ahead = _by_region(mean, spots)
+    if len(known) >= 2 and (ahead is None or len(mean) < MIN_NUMBERED):
         notes.append("anterior taken from the direction of the markers' horizontal motion")
         return _from_motion(up, motion[known].mean(axis=0)), notes
-    up = np.eye(3)[2 if vertical < 0 else vertical]
-    return symmetric_axes(source, mean, motion, up), notes
+    return symmetric_axes(source, mean, motion, up, ahead), notes
+
+
+def _by_region(mean: Floats, spots: list[str]) -> Floats | None:
+    """Direction from the back to the front where a map says which markers are which."""
+    front = [i for i, spot in enumerate(spots) if region(spot) == "front"]
+    back = [i for i, spot in enumerate(spots) if region(spot) == "back"]
+    return mean[front].mean(axis=0) - mean[back].mean(axis=0) if front and back else None
 
 
 def _vertical(mean: Floats, nominal: Floats, vertical: int, axis: int) -> tuple[Floats, str]:
@@ -129,28 +137,39 @@ def _from_motion(up: Floats, covariance: Floats) -> Floats:
     return np.stack([anterior, np.cross(up, anterior), up])
 
 
-def symmetric_axes(source: str, mean: Floats, motion: Floats, up: Floats) -> Floats:
+def symmetric_axes(
+    source: str, mean: Floats, motion: Floats, up: Floats, ahead: Floats | None
+) -> Floats:
     """Find the axes of a torso without names.
 
-    It is symmetric, wider than deep, and its front moves more than its back.
+    It is symmetric and wider than deep; its front lies `ahead` or, where that is not known, is
+    the side that moves more.
     """
     centred = mean - mean.mean(axis=0)
     planes = _symmetry_planes(centred, up)
     normal = max(planes, key=lambda n: float(np.ptp(centred @ n)))
     axial = unit(up - normal * (up @ normal))
     anterior = np.cross(normal, axial)
-    ahead = centred @ anterior > 0
+    if ahead is None:
+        forward = _front_by_motion(source, centred @ anterior > 0, motion)
+    else:
+        forward = bool(ahead @ anterior > 0)
+    if not forward:
+        anterior, normal = -anterior, -normal
+    axial = _trunk_line(centred, normal, anterior, axial)
+    return np.stack([np.cross(normal, axial), normal, axial])
+
+
+def _front_by_motion(source: str, side: npt.NDArray[np.bool_], motion: Floats) -> bool:
+    """Whether the markers of `side` are those on the front."""
     travel = np.sqrt(np.trace(motion, axis1=1, axis2=2))
-    moved = [travel[side].mean() if side.any() else 0.0 for side in (ahead, ~ahead)]
+    moved = [travel[half].mean() if half.any() else 0.0 for half in (side, ~side)]
     if max(moved) < FRONT_MOVES_MORE * min(moved):
         raise InputError(
             f"{source}: markers: geometry does not tell front from back."
             " Name them in a markers map (docs/methods/mocap.md)."
         )
-    if moved[0] < moved[1]:
-        anterior, normal, ahead = -anterior, -normal, ~ahead
-    axial = _trunk_line(centred, normal, anterior, axial)
-    return np.stack([np.cross(normal, axial), normal, axial])
+    return bool(moved[0] > moved[1])
 
 
 def _mirror_error(normal: Floats, offset: float, centred: Floats) -> float:
@@ -176,7 +195,8 @@ def _symmetry_planes(centred: Floats, up: Floats) -> list[Floats]:
 
 
 def _refine(normal: Floats, centred: Floats) -> Floats:
-    result = scipy.optimize.minimize(
+    # the stubs of scipy refuse every callable with numpy 2.4
+    result = scipy.optimize.minimize(  # type: ignore[call-overload]
         lambda v: _mirror_error(v[:3], float(v[3]), centred),
         np.append(normal, 0.0),
         method="Nelder-Mead",

@@ -8,18 +8,12 @@ import numpy as np
 
 from pipeline.axes import body_axes
 from pipeline.conditioning import bridge
-from pipeline.labels import places
+from pipeline.labels import places, region
 from pipeline.raw import Floats, RawMarkers
 from pipeline.trunk import leverage, shift_only, trunk_motion
 
 # a rotation is not trusted that magnifies the scatter of a back marker more than so at the front
 MAX_LEVERAGE = 2.5
-
-
-def _region(spot: str) -> str:
-    if spot in places():
-        return places()[spot].region
-    return {"FRONT": "front", "MID": "front", "SIDE": "side", "BACK": "back"}.get(spot, "")
 
 
 def find_body(
@@ -37,8 +31,8 @@ def find_body(
         posture=posture,
         vertical=raw.vertical,
     )
-    back = [i for i, spot in enumerate(spots) if _region(spot) == "back"]
-    if not any(_region(spot) for spot in spots):
+    back = [i for i, spot in enumerate(spots) if region(spot) == "back"]
+    if not any(region(spot) for spot in spots):
         back = _back_by_geometry(mean @ axes.T)
     return axes, back, notes
 
@@ -89,9 +83,9 @@ def front_midline(body: Floats, spots: list[str]) -> tuple[int, ...]:
         i
         for i, spot in enumerate(spots)
         if spot == "MID"
-        or (spot in places() and _region(spot) == "front" and places()[spot].nominal[1] == 0.0)
+        or (spot in places() and region(spot) == "front" and places()[spot].nominal[1] == 0.0)
     ]
-    if not named and not any(_region(spot) for spot in spots):
+    if not named and not any(region(spot) for spot in spots):
         offset = np.abs(mean[:, 1] - 0.5 * (mean[:, 1].max() + mean[:, 1].min()))
         ahead = mean[:, 0] > mean[:, 0].mean()
         named = [int(i) for i in np.flatnonzero(ahead & (offset < 0.12 * np.ptp(mean[:, 1])))]

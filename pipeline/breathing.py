@@ -189,7 +189,8 @@ def _local_size(smooth: Floats, rate: float, window: float) -> Floats:
         near = np.abs(peaks - centre) <= window * rate
         sizes.append(_weighted_median(heights[near]) if near.any() else np.nan)
     known = np.isfinite(sizes)
-    return np.interp(np.arange(len(smooth)), centres[known], np.asarray(sizes)[known])
+    everywhere = np.interp(np.arange(len(smooth)), centres[known], np.asarray(sizes)[known])
+    return np.asarray(everywhere)
 
 
 def _overall_size(smooth: Floats) -> float:

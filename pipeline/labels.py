@@ -77,6 +77,13 @@ def canonical(label: str) -> str:
     return known.get(match[1], "") if match else ""
 
 
+def region(spot: str) -> str:
+    """Side of the torso of a spot: front, side, back, or empty when it is not known."""
+    if spot in places():
+        return places()[spot].region
+    return {"FRONT": "front", "MID": "front", "SIDE": "side", "BACK": "back"}.get(spot, "")
+
+
 def read_map(path: Path) -> dict[str, str]:
     """Read a markers map: a TSV with columns `label` and `name`; `-` leaves a marker out.
 

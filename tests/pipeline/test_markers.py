@@ -273,6 +273,28 @@ def test_chestvolume_without_a_map(data_real, marker_settings):
     assert recording.quality["flicker"]["M28"]["jumps"] > 10
 
 
+def test_chestvolume_with_a_map_of_regions(data_real, tmp_path, marker_settings):
+    lines = ["M01\tMANU", "M02\tXIPH", "M03\tMID", *(f"M{i}\tBACK" for i in range(13, 22))]
+    lines += [f"M{i:02d}\tSIDE" for i in (7, 8, 9, 25, 26, 27)]
+    path = tmp_path / "map.tsv"
+    path.write_text("label\tname\n" + "\n".join(lines) + "\n")
+    recording = read_recording(
+        data_real / "chestvolume" / "derived" / "sample_data.csv",
+        marker_settings,
+        name="cv",
+        posture="upright",
+        marker_map=path,
+    )
+    labels = recording.labels
+    assert len(labels) == 18
+    assert [labels[i] for i in recording.sagittal] == ["M01", "M02", "M03"]
+    assert recording.names[labels.index("M02")] == "XIPH"
+    place = dict(zip(labels, recording.positions.mean(axis=0), strict=True))
+    assert place["M02"][0] > place["M17"][0] + 0.15
+    assert place["M08"][1] > place["M26"][1] + 0.15
+    assert place["M01"][2] > place["M02"][2] > place["M03"][2]
+
+
 def test_y_up_without_a_screen(data_real, marker_settings):
     path = data_real / "c3d_format" / "kineticstoolkit" / "kinematics_racing_static.c3d"
     recording = read_recording(path, marker_settings, name="r", posture="upright")
