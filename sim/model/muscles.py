@@ -40,16 +40,26 @@ class MuscleList:
     group: list[int] = field(default_factory=list)
     chain: list[int] = field(default_factory=list)
     width: list[float] = field(default_factory=list)
+    share: list[float] = field(default_factory=list)
     n_chains: int = 0
 
-    def add_chain(self, group: str, handles: list[int], widths: list[float]) -> None:
-        """Add one fibre through `handles`; widths are those of its strip, m."""
+    def add_chain(
+        self, group: str, handles: list[int], widths: list[float], share: float = 1.0
+    ) -> None:
+        """Add one fibre through `handles`.
+
+        Parameters
+        ----------
+        widths : of the strip that each element stands for, m
+        share : neural drive over that of the group
+        """
         for i in range(len(handles) - 1):
             self.a.append(handles[i])
             self.b.append(handles[i + 1])
             self.group.append(MUSCLE_GROUPS.index(group))
             self.chain.append(self.n_chains)
             self.width.append(widths[i])
+            self.share.append(share)
         self.n_chains += 1
 
 
@@ -95,6 +105,7 @@ class IntercostalBuilder:
     ) -> None:
         self.points, self.muscles, self.body = points, muscles, body
         self.anatomy, self.parameters = anatomy, parameters
+        self.drive = {row["group"]: row for row in read_rows("drive_map.csv")}
 
     def build(self) -> None:
         """Add every space of both sides."""
@@ -142,7 +153,17 @@ class IntercostalBuilder:
             handles = [self.points.add(self.body[names[0]], top)]
             handles.append(self.points.add(self.body[names[1]], low))
             step = (end - start) * lengths[0] / (n - 1)
-            self.muscles.add_chain(group, handles, [step * np.sqrt(0.5)])
+            share = self._drive(group, upper, u)
+            self.muscles.add_chain(group, handles, [step * np.sqrt(0.5)], share)
+
+    def _drive(self, group: str, space: int, along: float) -> float:
+        """Neural drive by interspace and by place along the rib, from `drive_map.csv`."""
+        row = self.drive[group]
+        slope = (space - float(row["space_full"])) / (
+            float(row["space_none"]) - float(row["space_full"])
+        )
+        by_space = max(float(row["least"]), min(1.0, 1.0 - slope))
+        return by_space * (1.0 - float(row["ventral_loss"]) * along)
 
     def _parasternal(self, side: int, upper: int) -> None:
         """Internal fibres between the cartilages: from the sternum down and sideways."""
@@ -305,7 +326,8 @@ def pack_muscles(points: Points, muscles: MuscleList, slots: dict[tuple[int, int
     speed[chain] = [float(layers[g]["v_max_per_s"]) for g in names]
     return Muscles(
         a=a, b=b, group=group.astype(np.int64), chain=chain.astype(np.int64),
-        slot=_slots(a, b, slots), rest=length / optimum, f_max=f_max,
+        slot=_slots(a, b, slots), share=np.array(muscles.share), rest=length / optimum,
+        f_max=f_max,
         k_pe=passive * f_max, b_pe=parameters["passive_damping_time"] * passive * f_max,
         chain_rest=chain_rest, chain_count=count, chain_v_max=speed,
     )  # fmt: skip

@@ -81,7 +81,7 @@ def add_muscles(
                 constants.eccentric,
             )
     for e in range(muscles.a.shape[0]):
-        level = activation[muscles.group[e]]
+        level = activation[muscles.group[e]] * muscles.share[e]
         rest = muscles.rest[e]
         if constants.law == HILL:
             tension[e] = hill_tension(
@@ -122,7 +122,7 @@ def muscle_stiffness(
     The active part of a chain couples all its elements; n times the fibre's own slope on each
     element bounds that coupling from above, and equals it when the fibre shortens evenly.
     """
-    level = activation[muscles.group[e]]
+    level = activation[muscles.group[e]] * muscles.share[e]
     rest = muscles.rest[e]
     if constants.law != HILL:
         k = level * muscles.f_max[e] + muscles.k_pe[e]

@@ -54,6 +54,8 @@ class Muscles(NamedTuple):
     chain: Ints
     slot: Ints
     """matrix block of the pair, -1 unless both ends are particles"""
+    share: Floats
+    """neural drive of an element over that of its group"""
     rest: Floats
     """optimal length, m (spring law: rest length)"""
     f_max: Floats
