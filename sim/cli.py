@@ -1,0 +1,236 @@
+"""`pleura simulate`: let a torso breathe by itself."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any, NoReturn
+
+from sim.errors import InputError, ParameterError, TorsoError
+from sim.model.anatomy import Subject
+from sim.motion import Motion, motion, rest_motion
+from sim.rest import GRAVITY
+from sim.resting import RestingTorso, rest_torso
+from sim.simulate import BREATH_STEP, simulate
+from sim.styles import Style, find_style, read_styles
+from sim.summary import summarise
+from sim.trajectory import save_motion
+from sim.writing import write_summary
+
+FRAME_RATE = 25.0
+"""Frames a second to keep."""
+LONGEST = 300.0
+"""s; every frame of a run is held in memory."""
+REFERENCE = ("male", 1.756, 75.0)
+"""Whom the torso is calibrated for: sex, stature in m, mass in kg."""
+SIZE = ("sex", "stature_m", "mass_kg")
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose complaints are one line, as everywhere else."""
+
+    def error(self, message: str) -> NoReturn:
+        raise ParameterError(f"simulate: {message}. See 'pleura simulate --help'.")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="pleura simulate", description="Let a torso breathe by itself.", allow_abbrev=False
+    )
+    add = parser.add_argument
+    add("style", metavar="STYLE", help=", ".join(read_styles()))
+    add("--duration", type=float, metavar="S", help="length of the run; else the style's own")
+    add("--posture", choices=list(GRAVITY), help="else the subject's, or upright")
+    add("--subject", metavar="NAME", help="a row of the table of subjects")
+    add("--subjects", type=Path, metavar="TABLE", default=Path("config/subjects.tsv"))
+    add("--sex", choices=("male", "female"))
+    add("--stature-m", type=float, metavar="M")
+    add("--mass-kg", type=float, metavar="KG")
+    add("--parameters", choices=("calibrated", "papers"), default="calibrated")
+    add("--json", type=Path, metavar="OUT", help="write the figures")
+    add("--out", type=Path, metavar="OUT.h5", help="write the trajectory")
+    add("--seed", type=int, default=0, help="written down; a run draws no random number")
+    return parser
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Task:
+    """A checked request.
+
+    Parameters
+    ----------
+    name : of the subject
+    duration : s
+    json, out : files to write, if any
+    """
+
+    style: Style
+    duration: float
+    posture: str
+    name: str
+    subject: Subject
+    json: Path | None
+    out: Path | None
+    seed: int
+
+
+def _row(table: Path, name: str) -> dict[str, str]:
+    try:
+        text = table.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{table}: cannot be read ({error}). Name it with --subjects.") from error
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    rows = list(csv.DictReader(lines, delimiter="\t", restval=""))
+    found = [row for row in rows if row.get("subject") == name]
+    if len(found) != 1:
+        known = ", ".join(str(row.get("subject")) for row in rows) or "none"
+        raise InputError(f"{table}: subject '{name}' has {len(found)} rows. There are: {known}.")
+    return found[0]
+
+
+def _subject(options: argparse.Namespace, row: dict[str, str]) -> Subject:
+    """Size from the flags, else from the row, else that of the reference man."""
+    given = {k: getattr(options, k) for k in SIZE if getattr(options, k) is not None}
+    if not options.subject:
+        if given and len(given) < len(SIZE):
+            missing = ", ".join(f"--{k.replace('_', '-')}" for k in SIZE if k not in given)
+            raise ParameterError(f"simulate: the size is not whole. Give {missing} too.")
+        sex, stature, mass = (given[k] for k in SIZE) if given else REFERENCE
+        return Subject(sex=sex, stature=stature, mass=mass)
+    values = {k: given.get(k, (row.get(k) or "").strip()) for k in SIZE}
+    for key, value in values.items():
+        if value == "":
+            flag = f"--{key.replace('_', '-')}"
+            raise InputError(
+                f"{options.subjects}: subject {options.subject}: {key} is empty. Give {flag}."
+            )
+    try:
+        stature, mass = float(values["stature_m"]), float(values["mass_kg"])
+        return Subject(sex=values["sex"], stature=stature, mass=mass)
+    except ValueError as error:
+        raise InputError(
+            f"{options.subjects}: subject {options.subject}: {error}. Write numbers."
+        ) from error
+    except ParameterError as error:
+        raise InputError(f"{options.subjects}: subject {options.subject}: {error}") from error
+
+
+def _duration(options: argparse.Namespace, style: Style) -> float:
+    duration = style.duration if options.duration is None else float(options.duration)
+    if not (math.isfinite(duration) and style.period <= duration <= LONGEST):
+        raise ParameterError(
+            f"simulate: --duration is {duration:g} s. A run of {style.name} has at least one"
+            f" breath: give {math.ceil(10 * style.period) / 10:g} to {LONGEST:g} s."
+        )
+    return duration
+
+
+def _check_file(flag: str, path: Path | None) -> None:
+    """Refuse a place that cannot be written before the run, not after it."""
+    if path is not None and path.is_dir():
+        raise InputError(f"simulate: {flag} {path} is a folder. Name a file.")
+    folders = [] if path is None else [f for f in path.absolute().parents if f.exists()]
+    if folders and not folders[0].is_dir():
+        raise InputError(f"simulate: {flag} {path}: {folders[0]} is a file. Choose another place.")
+
+
+def read_task(arguments: Sequence[str]) -> Task:
+    """Read and check the words of a command line."""
+    options = _parser().parse_args(list(arguments))
+    style = find_style(options.style)
+    if options.parameters == "papers":
+        raise ParameterError(
+            "simulate: --parameters papers: the set of the papers is not there yet. Use calibrated."
+        )
+    row = _row(options.subjects, options.subject) if options.subject else {}
+    posture = options.posture or row.get("posture") or "upright"
+    if posture not in GRAVITY:
+        raise InputError(f"{options.subjects}: posture is '{posture}'. Use {' or '.join(GRAVITY)}.")
+    _check_file("--json", options.json)
+    _check_file("--out", options.out)
+    if options.json is not None and options.json == options.out:
+        raise ParameterError("simulate: --json and --out name one file. Give two.")
+    return Task(
+        style=style,
+        duration=_duration(options, style),
+        posture=posture,
+        name=options.subject or "reference",
+        subject=_subject(options, row),
+        json=options.json,
+        out=options.out,
+        seed=options.seed,
+    )
+
+
+def run_task(task: Task, resting: RestingTorso) -> tuple[Motion, dict[str, Any]]:
+    """Run, and return the motion with its figures.
+
+    Parameters
+    ----------
+    resting : the task's subject at rest
+    """
+    rest = rest_motion(resting, task.posture)
+    beside = task.out or task.json or Path(task.style.name)
+    activation = task.style.activation(task.duration, BREATH_STEP)
+    start = time.perf_counter()
+    trajectory = simulate(
+        resting, activation, posture=task.posture, rate=FRAME_RATE,
+        tension=task.out is not None, dump=beside.with_suffix(".unstable.npz"),
+    )  # fmt: skip
+    taken = time.perf_counter() - start
+    moved = motion(resting, trajectory, posture=task.posture)
+    torso, size = resting.torso, task.subject
+    figures = {"style": task.style.name, "duration_s": task.duration, "posture": task.posture}
+    figures |= {"subject": task.name, "sex": size.sex, "stature_m": size.stature}
+    figures |= {"mass_kg": size.mass, **summarise(moved, rest, rate=task.style.rate)}
+    if task.style.shape == "manoeuvre":
+        figures["vital_capacity_l"] = figures["tidal_volume_l"]
+    figures |= {
+        "realtime_factor": task.duration / taken,
+        "n_rigid_bodies": torso.skeleton.model.nbody - 1,
+        "n_particles": torso.n_particles,
+        "n_muscle_elements": len(torso.plant.muscles.a),
+        "seed": task.seed,
+        "version": metadata.version("pleura"),
+    }
+    return moved, figures
+
+
+def _lines(figures: dict[str, Any]) -> str:
+    pleural = " to ".join(f"{p:.1f}" for p in figures["pleural_pressure_cmh2o"])
+    out = [
+        f"{figures['style']}, {figures['posture']}, {figures['duration_s']:g} s:"
+        f" {figures['tidal_volume_l']:.2f} L a breath, {figures['breaths_per_min']:g} a minute",
+        f"  rib cage {100 * figures['rib_cage_share']:.0f} % of it, pleural {pleural} cmH2O,"
+        f" {figures['realtime_factor']:.1f} times real time",
+    ]
+    if not figures["steady"]:
+        out.append(f"  not steady: {figures['not_steady_because']}")
+    return "\n".join(out)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run `pleura simulate`; bad input is one line and exit code 1."""
+    try:
+        task = read_task(arguments)
+        moved, figures = run_task(task, rest_torso(task.subject))
+        if task.out is not None:
+            names = ("version", "seed", "style", "subject", "posture")
+            save_motion(task.out, moved, {name: figures[name] for name in names})
+        if task.json is not None:
+            write_summary(task.json, figures)
+    except TorsoError as error:
+        print(f"pleura: {error}", file=sys.stderr)
+        return 1
+    print(_lines(figures))
+    for path in (task.out, task.json):
+        if path is not None:
+            print(f"  {path}")
+    return 0

@@ -1,0 +1,190 @@
+"""The torso in space, frame by frame: what is written, shown and measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from sim import engine
+from sim.model.landmarks import attach, marker_places, skin_places
+from sim.model.muscles import MUSCLE_GROUPS
+from sim.physics.surface import enclosed_volume
+from sim.physics.types import Floats, Ints
+from sim.rest import Machine
+from sim.resting import RestingTorso
+from sim.simulate import Trajectory
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Soft:
+    """A surface that changes its shape.
+
+    Parameters
+    ----------
+    vertices : (n_frames, n_vertices, 3), m
+    faces : (n_faces, 3), indices into the vertices, outward
+    """
+
+    vertices: Floats
+    faces: Ints
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Elements:
+    """Muscle elements.
+
+    Parameters
+    ----------
+    group : (n_elements,) names
+    tension : (n_frames, n_elements), N
+    endpoints : (n_frames, n_elements, 2, 3), m
+    """
+
+    group: tuple[str, ...]
+    tension: Floats
+    endpoints: Floats
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Motion:
+    """Bodies, surfaces, markers, volumes and pressures of every frame, in SI units.
+
+    The chest cavity and the abdomen are closed; the last faces of both are those of the
+    diaphragm, which in `soft["diaphragm"]` turn out of the abdomen.
+
+    Parameters
+    ----------
+    time : (n_frames,), s
+    bodies : names
+    position : (n_frames, n_bodies, 3), m, origins of the bodies
+    quaternion : (n_frames, n_bodies, 4), body to world; w x y z
+    soft : "abdomen", "diaphragm", "chest_cavity"
+    marker_names : names
+    markers : (n_frames, n_markers, 3), m
+    elements : muscle elements, or none were kept
+    volumes : "lung", "chest_cavity", "abdomen", (n_frames,) each, m^3
+    pressures : "lung" (alveolar), "pleural", "abdomen" (below the dome), (n_frames,) each, Pa
+    tissue_volume : m^3, of the chest cavity that is not gas in the lung
+    """
+
+    time: Floats
+    bodies: tuple[str, ...]
+    position: Floats
+    quaternion: Floats
+    soft: dict[str, Soft]
+    marker_names: tuple[str, ...]
+    markers: Floats
+    elements: Elements | None
+    volumes: dict[str, Floats]
+    pressures: dict[str, Floats]
+    tissue_volume: float
+
+    def frames(self, start: int, stop: int) -> Motion:
+        """Frames from `start` to before `stop`, as views."""
+        part = slice(start, stop)
+        elements = self.elements
+        if elements is not None:
+            elements = replace(
+                elements, tension=elements.tension[part], endpoints=elements.endpoints[part]
+            )
+        return replace(
+            self,
+            time=self.time[part],
+            position=self.position[part],
+            quaternion=self.quaternion[part],
+            soft={k: replace(s, vertices=s.vertices[part]) for k, s in self.soft.items()},
+            markers=self.markers[part],
+            elements=elements,
+            volumes={k: v[part] for k, v in self.volumes.items()},
+            pressures={k: v[part] for k, v in self.pressures.items()},
+        )
+
+
+def volumes_inside(soft: Soft) -> Floats:
+    """Volume inside a closed surface in every frame, (n_frames,), m^3."""
+    return np.array([enclosed_volume(v, soft.faces) for v in soft.vertices])
+
+
+def _surface(points: Floats, faces: Ints) -> Soft:
+    used, inverse = np.unique(faces, return_inverse=True)
+    return Soft(vertices=points[:, used], faces=inverse.reshape(faces.shape).astype(np.int64))
+
+
+def _surfaces(resting: RestingTorso, points: Floats) -> dict[str, Soft]:
+    plant = resting.torso.plant
+    n_dome = len(plant.chest_faces) - len(plant.contacts.face)
+    return {
+        "abdomen": _surface(points, plant.abdomen_faces),
+        "diaphragm": _surface(points, plant.abdomen_faces[-n_dome:]),
+        "chest_cavity": _surface(points, plant.chest_faces),
+    }
+
+
+def _elements(resting: RestingTorso, points: Floats, tension: Floats) -> Elements:
+    muscles = resting.torso.plant.muscles
+    return Elements(
+        group=tuple(MUSCLE_GROUPS[g] for g in muscles.group),
+        tension=tension,
+        endpoints=np.stack([points[:, muscles.a], points[:, muscles.b]], axis=2),
+    )
+
+
+def motion(resting: RestingTorso, trajectory: Trajectory, *, posture: str) -> Motion:
+    """Replay a run; volumes are those of the replayed faces.
+
+    Parameters
+    ----------
+    posture : the one that the run was made in
+    """
+    torso = resting.torso
+    machine, n = Machine(torso), len(trajectory.time)
+    model, n_points = machine.model, torso.n_bound + torso.n_particles
+    position, rotation = np.zeros((n, model.nbody, 3)), np.zeros((n, model.nbody, 9))
+    points = np.zeros((n, n_points, 3))
+    engine.replay(
+        machine.bones, torso.plant, machine.work, trajectory.qpos, trajectory.soft,
+        np.arange(n_points), position, rotation, points,
+    )  # fmt: skip
+    matrix = rotation.reshape(n, model.nbody, 3, 3)
+    soft = _surfaces(resting, points)
+    chest = volumes_inside(soft["chest_cavity"])
+    tissue = float(torso.plant.constants.tissue_volume)
+    named = resting.landmarks(posture)
+    bound = attach(resting.vertices(posture), resting.skin.faces, np.array(list(named.values())))
+    skin = skin_places(resting.skin, torso, points[:, resting.skin.point], position, matrix)
+    turned = Rotation.from_matrix(matrix.reshape(-1, 3, 3)).as_quat(scalar_first=True)
+    kept = len(trajectory.tension) == n
+    return Motion(
+        time=trajectory.time,
+        bodies=("pelvis", *(model.body(b).name for b in range(1, model.nbody))),
+        position=position,
+        quaternion=turned.reshape(n, model.nbody, 4),
+        soft=soft,
+        marker_names=tuple(named),
+        markers=marker_places(bound, skin),
+        elements=_elements(resting, points, trajectory.tension) if kept else None,
+        volumes={
+            "lung": chest - tissue,
+            "chest_cavity": chest,
+            "abdomen": volumes_inside(soft["abdomen"]),
+        },
+        pressures={
+            "lung": trajectory.alveolar,
+            "pleural": trajectory.pleural,
+            "abdomen": trajectory.abdominal,
+        },
+        tissue_volume=tissue,
+    )
+
+
+def rest_motion(resting: RestingTorso, posture: str) -> Motion:
+    """The torso at rest as a motion of one frame; its pressures are not known (not a number)."""
+    state, nothing = resting.rest(posture).state, np.full(1, np.nan)
+    still = Trajectory(
+        time=np.zeros(1), qpos=state.qpos[None], soft=state.soft[None], lung=nothing,
+        chest=nothing, abdomen=nothing, alveolar=nothing, pleural=nothing, abdominal=nothing,
+        flow=nothing, tension=np.zeros((0, 0)),
+    )  # fmt: skip
+    return motion(resting, still, posture=posture)
