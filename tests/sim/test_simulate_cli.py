@@ -198,13 +198,31 @@ def test_vital_capacity(resting: RestingTorso) -> None:
     assert figures["compartment_sum_error"] < 0.03
 
 
-@pytest.mark.slow
+@pytest.fixture
+def solved(resting: RestingTorso, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Spare `main` the solution of the reference man's rest."""
+    monkeypatch.setattr("sim.cli.rest_torso", lambda subject: resting)
+
+
+@pytest.mark.usefixtures("solved")
 def test_files_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out, figures = tmp_path / "run" / "calm.h5", tmp_path / "run" / "calm.json"
-    assert main(["calm", "--duration", "5", "--out", str(out), "--json", str(figures)]) == 0
-    assert capsys.readouterr().err == ""
+    assert main(["calm", "--duration", "4.3", "--out", str(out), "--json", str(figures)]) == 0
+    said = capsys.readouterr()
+    assert said.err == "" and "not steady: one breath from rest" in said.out
     moved, about = load_motion(out)
     assert about["style"] == "calm" and about["posture"] == "upright"
     assert moved.elements is not None and len(moved.elements.group) > 1000
     assert json.loads(figures.read_text())["n_breaths"] == 1
     assert sorted(p.name for p in out.parent.iterdir()) == ["calm.h5", "calm.json"]
+
+
+@pytest.mark.usefixtures("solved")
+def test_a_diverged_run_leaves_its_state_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sim.simulate.SPEED_LIMIT", 1e-9)
+    assert main(["calm", "--json", str(tmp_path / "calm.json")]) == 1
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and "diverged at" in said and "calm.unstable.npz" in said
+    assert [p.name for p in tmp_path.iterdir()] == ["calm.unstable.npz"]
