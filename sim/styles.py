@@ -68,7 +68,7 @@ class Style:
     def _manoeuvre(self, time: Floats) -> tuple[Floats, Floats]:
         phase = np.mod(time * self.rate, 1.0)
         turn, end = 1.0 - self.inspiration - self.pause, 1.0 - self.pause
-        outward = np.interp(phase, [0.0, RAMP, turn, turn + RAMP], [0.0, 1.0, 1.0, 0.0])
+        outward = np.interp(phase, [0.0, RAMP, turn - RAMP, turn], [0.0, 1.0, 1.0, 0.0])
         inward = np.interp(phase, [turn, turn + RAMP, end, end + RAMP], [0.0, 1.0, 1.0, 0.0])
         return inward, outward
 
