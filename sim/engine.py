@@ -51,6 +51,8 @@ mj_integratePos = types.ExternalFunction(
 )
 
 
+BRISK, BRISK_EVERY = 0.25, 3
+"""Speed, m/s, above which threads turn so fast that the matrix is renewed every few steps."""
 FOLLOW_EVERY = 2
 """Steps after which the diaphragm particles look for the face beside them."""
 
@@ -154,14 +156,14 @@ def predict(bones: Bones, plant: Plant, work: Work, state: State, step: float) -
 
 
 @njit(cache=True, nogil=True)
-def add_elastic(plant: Plant, work: Work, activation: Floats) -> None:
+def add_elastic(bones: Bones, plant: Plant, work: Work, activation: Floats) -> None:
     """Forces of muscles, tissue, links and contact at the predicted place."""
     add_muscles(
         work.x, work.v, plant.muscles, plant.constants, activation,
         work.length, work.rate, work.factor, work.tension, work.f,
     )  # fmt: skip
     add_tissue(work.x, work.v, plant.tissue, work.pull, work.f)
-    add_links(work.x, work.v, plant.links, work.f)
+    add_links(work.x, work.v, plant.links, plant.point_body, bones.rotation, work.f)
     add_contacts(work.x, work.v, plant.contacts, plant.constants, work.held, work.gap, work.f)
 
 
@@ -241,7 +243,7 @@ def total_forces(
     """All forces at the predicted place: `work.tau` on the bones, `work.f` on the particles."""
     bound = plant.point_body.shape[0]
     work.f[:] = 0.0
-    add_elastic(plant, work, activation)
+    add_elastic(bones, plant, work, activation)
     result = add_cavities(plant, work, drive, state.gas[0], step, out)
     project(plant, work.x, work.f, bones.centre, bones.motion, work.wrench, work.tau)
     add_joints(plant.joints, bones.qpos, bones.qvel, work.tau)
@@ -294,15 +296,17 @@ def run(
     n_dof, bound = state.qvel.shape[0], plant.point_body.shape[0]
     step = schedule.step
     out = np.empty(7)
-    frame = 0
+    frame, fastest, refreshed = 0, 0.0, -schedule.refresh_every
     for i in range(drive.activation.shape[0]):
         activation = drive.activation[i]
         predict(bones, plant, work, state, step)
         if i % FOLLOW_EVERY == 0:
             follow_sheet(work.x, plant.contacts, work.held)
-        if i % schedule.refresh_every == 0:
+        due = i - refreshed >= schedule.refresh_every
+        if due or (fastest > BRISK and i - refreshed >= BRISK_EVERY):
+            refreshed = i
             work.f[:] = 0.0
-            add_elastic(plant, work, activation)
+            add_elastic(bones, plant, work, activation)
             mj_makeM(bones.model, bones.data)
             refresh(
                 plant, work, step, activation, bones.mass, drive.locked,

@@ -16,7 +16,7 @@ from sim import engine
 from sim.errors import ParameterError, UnstableSimulation
 from sim.model.muscles import MUSCLE_GROUPS
 from sim.model.torso import Torso, lung_capacity
-from sim.physics.plant import Plant
+from sim.physics.plant import Links, Plant
 from sim.physics.surface import enclosed_volume
 from sim.physics.system import Work, make_work
 from sim.physics.types import Floats
@@ -202,11 +202,17 @@ def _slacken(torso: Torso, machine: Machine, plant: Plant, state: engine.State) 
         rest = joints.ball_rest - np.linalg.solve(joints.ball_stiffness, tau[ball][..., None])[..., 0]
         hinge = joints.hinge_rest - tau[joints.hinge_dof] / joints.hinge_stiffness
         local = plant.point_local.copy()
-        local[links.a] -= pull.reshape(-1, 3) / links.stiffness[:, None]
+        local[links.a] -= _link_stretch(links, pull.reshape(-1, 3))
         plant = plant._replace(
             joints=joints._replace(ball_rest=rest, hinge_rest=hinge), point_local=local
         )
     return plant
+
+
+def _link_stretch(links: Links, pull: Floats) -> Floats:
+    """(n, 3), how far each link gives under a pull; bodies stand as built, axes parallel."""
+    along = (links.axis * pull).sum(axis=1, keepdims=True) * links.axis
+    return along / links.along[:, None] + (pull - along) / links.across[:, None]
 
 
 def _link_rows(torso: Torso, machine: Machine, plant: Plant) -> Floats:

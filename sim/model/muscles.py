@@ -13,7 +13,7 @@ import numpy as np
 from sim.model.anatomy import SIDES, Anatomy
 from sim.model.cavity import FREE_FROM, Cavity
 from sim.model.points import Points
-from sim.model.skeleton import cartilage_line
+from sim.model.skeleton import cartilage_line, segment_of
 from sim.physics.plant import Muscles, Tissue
 from sim.physics.types import Floats
 from sim.tables import Parameters, read_rows
@@ -22,6 +22,7 @@ MUSCLE_GROUPS = (
     "external_intercostals",
     "internal_intercostals",
     "parasternal_intercostals",
+    "levatores_costarum",
     "scalenes",
     "diaphragm",
     "rectus",
@@ -115,7 +116,21 @@ class IntercostalBuilder:
                 self._space(side, upper, "internal_intercostals", -1.0, 0.22, 1.0)
                 if upper <= 6:
                     self._parasternal(side, upper)
+                self._levator(side, upper)
             self._scalenes(side)
+
+    def _levator(self, side: int, upper: int) -> None:
+        """From the transverse process of a vertebra to the angle of the rib below."""
+        sign = 1.0 if side == 0 else -1.0
+        top = self.anatomy.spine[f"T{upper}"] + np.array([-0.025, sign * 0.028, 0.0])
+        low = _at(self.anatomy.rib[side, upper], np.array([0.14]))[0]
+        handles = [
+            self.points.add(self.body[segment_of(f"T{upper}")], top),
+            self.points.add(self.body[f"rib_{SIDES[side]}{upper + 1}"], low),
+        ]
+        share = self._drive("levatores_costarum", upper, 0.0)
+        width = self.parameters["levator_width"]
+        self.muscles.add_chain("levatores_costarum", handles, [width], share)
 
     def _scalenes(self, side: int) -> None:
         """Lines from the neck to the first two ribs."""
@@ -163,7 +178,7 @@ class IntercostalBuilder:
             float(row["space_none"]) - float(row["space_full"])
         )
         by_space = max(float(row["least"]), min(1.0, 1.0 - slope))
-        return by_space * (1.0 - float(row["ventral_loss"]) * along)
+        return by_space * max(0.0, 1.0 - float(row["ventral_loss"]) * along)
 
     def _parasternal(self, side: int, upper: int) -> None:
         """Internal fibres between the cartilages: from the sternum down and sideways."""

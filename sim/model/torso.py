@@ -126,19 +126,26 @@ def orient_tube(points: Points, cavity: Cavity, plant: Plant) -> Ints:
     return np.asarray(both[keep])
 
 
-def _links(
-    points: Points, skeleton: Skeleton, anatomy: Anatomy, p: Parameters
-) -> list[tuple[int, int, float]]:
-    links = []
+def _links(points: Points, skeleton: Skeleton, anatomy: Anatomy, p: Parameters) -> Links:
+    a, b, axes, names = [], [], [], []
     for side, letter in enumerate("LR"):
         for rib in range(1, 11):
             tip = anatomy.rib[side, rib - 1, -1]
+            inner = anatomy.facet[side, min(rib, 7) - 1]
             part = f"cartilage_{letter}{rib}" if 2 <= rib < 6 else f"cartilage_{letter}6-10"
             part = "sternum" if rib == 1 else part
-            stiffness = p["link_stiffness_false"] if rib >= 8 else p["link_stiffness"]
-            a = points.add(skeleton.body[f"rib_{letter}{rib}"], tip)
-            links.append((a, points.add(skeleton.body[part], tip), stiffness))
-    return links
+            a.append(points.add(skeleton.body[f"rib_{letter}{rib}"], tip))
+            b.append(points.add(skeleton.body[part], tip))
+            axes.append((inner - tip) / np.linalg.norm(inner - tip))
+            names.append("first" if rib == 1 else "true" if rib <= 7 else "false")
+    return Links(
+        a=points.resolve(a),
+        b=points.resolve(b),
+        axis=np.array(axes),
+        along=np.array([p[f"link_along_{n}"] for n in names]),
+        across=np.array([p[f"link_across_{n}"] for n in names]),
+        damping=np.full(len(a), p["link_damping"]),
+    )
 
 
 def _neighbours(faces: Ints) -> Ints:
@@ -208,7 +215,7 @@ def _pack(
     cavity: Cavity,
     muscles: MuscleList,
     tissue: TissueList,
-    links: list[tuple[int, int, float]],
+    links: Links,
     subject: Subject,
     p: Parameters,
 ) -> Plant:
@@ -234,12 +241,7 @@ def _pack(
         joints=skeleton.joints,
         muscles=pack_muscles(points, muscles, slots, p),
         tissue=pack_tissue(points, tissue, slots),
-        links=Links(
-            a=points.resolve([k[0] for k in links]),
-            b=points.resolve([k[1] for k in links]),
-            stiffness=np.array([k[2] for k in links]),
-            damping=np.full(len(links), p["link_damping"]),
-        ),
+        links=links,
         contacts=_contacts(x, points.resolve(dome), sheet, p["torso_axis"]),
         constants=_constants(
             subject, p, enclosed_volume(x, chest), enclosed_volume(x, belly)

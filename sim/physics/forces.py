@@ -151,12 +151,34 @@ def add_tissue(x: Floats, v: Floats, tissue: Tissue, tension: Floats, f: Floats)
 
 
 @njit(cache=True, nogil=True)
-def add_links(x: Floats, v: Floats, links: Links, f: Floats) -> None:
+def link_axis(links: Links, e: int, point_body: Ints, rotation: Floats, out: Floats) -> None:
+    """Direction of a link's cartilage in the world.
+
+    Parameters
+    ----------
+    rotation : (n_bodies, 9), body to world
+    out : (3,), written
+    """
+    r, s = rotation[point_body[links.b[e]]], links.axis[e]
+    for c in range(3):
+        out[c] = r[3 * c] * s[0] + r[3 * c + 1] * s[1] + r[3 * c + 2] * s[2]
+
+
+@njit(cache=True, nogil=True)
+def add_links(
+    x: Floats, v: Floats, links: Links, point_body: Ints, rotation: Floats, f: Floats
+) -> None:
     """Add the forces of the bone-to-cartilage links, which are slack when both ends meet."""
+    axis = x[0].copy()
     for e in range(links.a.shape[0]):
         a, b = links.a[e], links.b[e]
+        link_axis(links, e, point_body, rotation, axis)
+        stretch = 0.0
         for c in range(3):
-            pull = links.stiffness[e] * (x[b, c] - x[a, c])
+            stretch += axis[c] * (x[b, c] - x[a, c])
+        for c in range(3):
+            pull = links.across[e] * (x[b, c] - x[a, c])
+            pull += (links.along[e] - links.across[e]) * stretch * axis[c]
             pull += links.damping[e] * (v[b, c] - v[a, c])
             f[a, c] += pull
             f[b, c] -= pull
@@ -249,7 +271,7 @@ def add_contacts(
         gap[i], inside = cross_sheet(x, face, p, contacts.axis, weight, normal)
         if inside < -EDGE:
             gap[i] = 1.0
-        depth = constants.contact_gap - gap[i]
+        depth = min(constants.contact_gap - gap[i], 3.0 * constants.contact_gap)
         if depth <= 0.0:
             continue
         closing = 0.0
@@ -258,7 +280,9 @@ def add_contacts(
             for k in range(3):
                 speed -= weight[k] * v[face[k], c]
             closing -= speed * normal[c]
-        push = constants.contact_stiffness * depth + constants.contact_damping * closing
+        # Past its edge a face lets go little by little, so that no particle is dropped at once.
+        hold = min(1.0, 1.0 + inside / EDGE)
+        push = hold * (constants.contact_stiffness * depth + constants.contact_damping * closing)
         if push <= 0.0:
             continue
         for c in range(3):

@@ -84,11 +84,15 @@ class Tissue(NamedTuple):
 
 
 class Links(NamedTuple):
-    """Stiff three-dimensional springs of no length between two bodies (bone to cartilage)."""
+    """Springs of no length from a rib (a) to its cartilage (b), softer along the cartilage."""
 
     a: Ints
     b: Ints
-    stiffness: Floats
+    axis: Floats
+    """(n, 3), unit, along the cartilage in the frame of the body of b"""
+    along: Floats
+    across: Floats
+    """(n,), N/m"""
     damping: Floats
 
 

@@ -192,7 +192,8 @@ def _add_threads(
         )  # fmt: skip
     axis = np.zeros(3)
     for e in range(links.a.shape[0]):
-        mass = step * step * links.stiffness[e] + step * links.damping[e]
+        stiffest = max(links.along[e], links.across[e])
+        mass = step * step * stiffest + step * links.damping[e]
         for c in range(3):
             axis[:] = 0.0
             axis[c] = 1.0
