@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import csv
 import math
+import os
 import sys
 import time
 from collections.abc import Sequence
@@ -139,6 +140,10 @@ def _check_file(flag: str, path: Path | None) -> None:
     folders = [] if path is None else [f for f in path.absolute().parents if f.exists()]
     if folders and not folders[0].is_dir():
         raise InputError(f"simulate: {flag} {path}: {folders[0]} is a file. Choose another place.")
+    if folders and not os.access(folders[0], os.W_OK):
+        raise InputError(
+            f"simulate: {flag} {path}: {folders[0]} is read-only. Choose another place."
+        )
 
 
 def read_task(arguments: Sequence[str]) -> Task:

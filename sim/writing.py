@@ -27,7 +27,8 @@ def whole_file(path: Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(path)
     except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error}). Choose another place.") from error
+        reason = os.strerror(error.errno) if error.errno else error
+        raise InputError(f"{path}: cannot be written ({reason}). Choose another place.") from error
     finally:
         if temporary.exists():
             temporary.unlink()
