@@ -152,7 +152,7 @@ class Trials:
 def first_runs(trials: Trials, n: int, seed: int) -> None:
     """Rest, then Sobol points, dense at small levels where breathing lives."""
     unit = sobol_points(n - 1, np.zeros(N_GROUPS), np.ones(N_GROUPS), seed)
-    trials.run(np.vstack([np.zeros(N_GROUPS), trials.upper * unit**2]))
+    trials.run(np.vstack([np.zeros(N_GROUPS), trials.upper * unit**3]))
 
 
 def emulated_best(

@@ -15,6 +15,7 @@ import numpy as np
 from sim import engine
 from sim.errors import ParameterError, UnstableSimulation
 from sim.model.muscles import MUSCLE_GROUPS
+from sim.model.skeleton import SEGMENTS
 from sim.model.torso import Torso, lung_capacity
 from sim.physics.plant import Links, Plant
 from sim.physics.surface import enclosed_volume
@@ -62,6 +63,17 @@ class Machine:
     def set_gravity(self, gravity: tuple[float, float, float]) -> None:
         """Gravity of the bones; each run sets it, as all runs of a torso share the model."""
         self.model.opt.gravity[:] = gravity
+
+
+def bed(torso: Torso, posture: str) -> Floats:
+    """(n_dof,), what holds the torso besides the pelvis: lying, the bed holds the spine."""
+    model = torso.skeleton.model
+    locked = np.zeros(model.nv)
+    if posture == "supine":
+        for name in (*SEGMENTS, "skull"):
+            start = int(model.joint(name).dofadr[0])
+            locked[start : start + 3] = HOLD
+    return locked
 
 
 def new_state(torso: Torso) -> engine.State:
@@ -261,9 +273,8 @@ def lie_down(rest: RestState, posture: str, duration: float = 8.0) -> RestState:
         return rest
     torso = rest.torso
     machine, state = Machine(torso), copy_state(rest.state)
-    free = np.zeros(torso.skeleton.model.nv)
     settle(torso, machine, state, torso.plant, GRAVITY[posture], duration=duration,
-           locked=free, pleural=np.nan)  # fmt: skip
+           locked=bed(torso, posture), pleural=np.nan)  # fmt: skip
     state.qvel[:] = 0.0
     state.soft_velocity[:] = 0.0
     engine.predict(machine.bones, torso.plant, machine.work, state, 0.0)

@@ -13,7 +13,7 @@ from sim.model.landmarks import skin_places
 from sim.model.muscles import MUSCLE_GROUPS
 from sim.physics.types import Floats, Ints
 from sim.resting import RestingTorso
-from sim.rest import GRAVITY, Machine, copy_state
+from sim.rest import GRAVITY, Machine, bed, copy_state
 from sim.tables import read_rows
 
 BREATH_STEP = 0.002
@@ -110,7 +110,7 @@ def simulate(
     drive = engine.Drive(
         activation=np.ascontiguousarray(activation, dtype=float),
         gravity=np.array(GRAVITY[posture]),
-        locked=np.zeros(machine.model.nv),
+        locked=bed(torso, posture),
         pleural=np.nan,
     )
     schedule = engine.Schedule(

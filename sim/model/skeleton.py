@@ -252,10 +252,12 @@ def _build_joints(
         bend, twist = float(row["lateral_bending_deg"]), float(row["rotation_deg"])
         edge = np.radians([bend, flexion, twist, bend, extension, twist])
         balls.append((name, k * np.eye(3), d * np.eye(3), edge, 10.0 * k))
-    stiffness = [parameters[f"rib_stiffness_{a}"] for a in ("neck", "vertical", "across")]
+    usual = [parameters[f"rib_stiffness_{a}"] for a in ("neck", "vertical", "across")]
     for side, letter in enumerate(SIDES):
         for rib in range(1, 13):
             axes = rib_axes(rib, side)
+            first = parameters["rib_stiffness_first"] / rib if rib <= 2 else 0.0
+            stiffness = [usual[0] + first, *usual[1:]]
             k3 = axes.T @ np.diag(stiffness) @ axes
             friction = parameters["rib_friction"] * np.eye(3)
             balls.append((f"rib_{letter}{rib}", k3, friction, np.full(6, np.pi), 0.0))
