@@ -108,7 +108,7 @@ class BreathSimulator:
         -------
         (n_steps, n_groups)
         """
-        time = np.arange(2 * round(self.period / BREATH_STEP)) * BREATH_STEP
+        time = np.arange(2 * round(self.period / BREATH_STEP), dtype=np.float64) * BREATH_STEP
         inward, outward = sawtooth(
             time,
             inspiration=self.inspiration_time,
@@ -120,9 +120,7 @@ class BreathSimulator:
 
     def trajectory(self, levels: Floats) -> Trajectory:
         """Two breaths from rest, the second of them steady."""
-        return simulate(
-            self.torso, self.activation(levels), posture=self.posture, rate=self.rate
-        )
+        return simulate(self.torso, self.activation(levels), posture=self.posture, rate=self.rate)
 
     def run(self, levels: Floats) -> BreathRuns:
         """Run breaths for many levels.

@@ -14,9 +14,10 @@ from typing import NamedTuple
 import llvmlite.binding as llvm
 import mujoco
 import numpy as np
-from numba import njit, types
+from numba import types
 
 from sim.physics import lung
+from sim.physics.compiled import compiled
 from sim.physics.forces import add_contacts, add_links, add_muscles, add_tissue, follow_sheet
 from sim.physics.plant import Plant
 from sim.physics.rigid import add_joints, move_points, place_points, project
@@ -43,9 +44,7 @@ mj_kinematics = types.ExternalFunction("mj_kinematics", _PAIR)
 mj_comPos = types.ExternalFunction("mj_comPos", _PAIR)
 mj_comVel = types.ExternalFunction("mj_comVel", _PAIR)
 mj_makeM = types.ExternalFunction("mj_makeM", _PAIR)
-mj_rne = types.ExternalFunction(
-    "mj_rne", types.void(_POINTER, _POINTER, types.int32, _POINTER)
-)
+mj_rne = types.ExternalFunction("mj_rne", types.void(_POINTER, _POINTER, types.int32, _POINTER))
 mj_integratePos = types.ExternalFunction(
     "mj_integratePos", types.void(_POINTER, _POINTER, _POINTER, types.float64)
 )
@@ -137,7 +136,7 @@ class Record(NamedTuple):
     """(n_frames, n_elements) or empty"""
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def predict(bones: Bones, plant: Plant, work: Work, state: State, step: float) -> None:
     """Kinematics and velocities at the place that the present velocities lead to."""
     bones.qpos[:] = state.qpos
@@ -155,7 +154,7 @@ def predict(bones: Bones, plant: Plant, work: Work, state: State, step: float) -
             work.v[bound + p, c] = state.soft_velocity[p, c]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def add_elastic(bones: Bones, plant: Plant, work: Work, activation: Floats) -> None:
     """Forces of muscles, tissue, links and contact at the predicted place."""
     add_muscles(
@@ -167,7 +166,7 @@ def add_elastic(bones: Bones, plant: Plant, work: Work, activation: Floats) -> N
     add_contacts(work.x, work.v, plant.contacts, plant.constants, work.held, work.gap, work.f)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def lung_pressures(
     plant: Plant, gas: float, chest: float, step: float, out: Floats
 ) -> tuple[float, float]:
@@ -197,7 +196,7 @@ def lung_pressures(
     return left, stiffness
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def add_cavities(
     plant: Plant, work: Work, drive: Drive, gas: float, step: float, out: Floats
 ) -> tuple[float, float, float]:
@@ -229,7 +228,7 @@ def add_cavities(
     return left, k.bulk_modulus * k.abdomen_volume / belly**2, chest_stiffness
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def total_forces(
     bones: Bones,
     plant: Plant,
@@ -256,7 +255,7 @@ def total_forces(
     return result
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _apply(bones: Bones, work: Work, state: State, schedule: Schedule) -> float:
     """Advance the state by the solved change of velocity; returns the largest speed."""
     n_dof = state.qvel.shape[0]
@@ -277,7 +276,7 @@ def _apply(bones: Bones, work: Work, state: State, schedule: Schedule) -> float:
     return fastest if np.isfinite(state.qvel.sum() + state.soft_velocity.sum()) else np.inf
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def run(
     bones: Bones,
     plant: Plant,
@@ -335,10 +334,10 @@ def run(
             if record.tension.shape[0] > 0:
                 record.tension[frame] = work.tension
             frame += 1
-    return drive.activation.shape[0]
+    return int(drive.activation.shape[0])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def replay(
     bones: Bones,
     plant: Plant,

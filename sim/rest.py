@@ -18,6 +18,7 @@ from sim.model.muscles import MUSCLE_GROUPS
 from sim.model.skeleton import SEGMENTS
 from sim.model.torso import Torso, lung_capacity
 from sim.physics.plant import Links, Plant
+from sim.physics.rigid import project
 from sim.physics.surface import enclosed_volume
 from sim.physics.system import Work, make_work
 from sim.physics.types import Floats
@@ -128,9 +129,7 @@ def settle(
         step=SETTLE_STEP, refresh_every=10, record_every=n + 1, drag=drag, speed_limit=20.0
     )
     machine.set_gravity(gravity)
-    done = engine.run(
-        machine.bones, plant, machine.work, state, schedule, drive, no_record(torso)
-    )
+    done = engine.run(machine.bones, plant, machine.work, state, schedule, drive, no_record(torso))
     if done < n:
         raise UnstableSimulation(
             f"the torso does not settle: diverged after {done * SETTLE_STEP:.3f} s. "
@@ -211,7 +210,9 @@ def _slacken(torso: Torso, machine: Machine, plant: Plant, state: engine.State) 
         pull = np.linalg.lstsq(rows[:, fixed].T, -tau[fixed], rcond=None)[0]
         tau += rows.T @ pull
         ball = joints.ball_dof[:, None] + np.arange(3)
-        rest = joints.ball_rest - np.linalg.solve(joints.ball_stiffness, tau[ball][..., None])[..., 0]
+        rest = (
+            joints.ball_rest - np.linalg.solve(joints.ball_stiffness, tau[ball][..., None])[..., 0]
+        )
         hinge = joints.hinge_rest - tau[joints.hinge_dof] / joints.hinge_stiffness
         local = plant.point_local.copy()
         local[links.a] -= _link_stretch(links, pull.reshape(-1, 3))
@@ -224,7 +225,7 @@ def _slacken(torso: Torso, machine: Machine, plant: Plant, state: engine.State) 
 def _link_stretch(links: Links, pull: Floats) -> Floats:
     """(n, 3), how far each link gives under a pull; bodies stand as built, axes parallel."""
     along = (links.axis * pull).sum(axis=1, keepdims=True) * links.axis
-    return along / links.along[:, None] + (pull - along) / links.across[:, None]
+    return np.asarray(along / links.along[:, None] + (pull - along) / links.across[:, None])
 
 
 def _link_rows(torso: Torso, machine: Machine, plant: Plant) -> Floats:
@@ -236,7 +237,7 @@ def _link_rows(torso: Torso, machine: Machine, plant: Plant) -> Floats:
             force = np.zeros_like(work.f)
             force[a, c], force[b, c] = 1.0, -1.0
             out = np.zeros(rows.shape[1])
-            engine.project(plant, work.x, force, bones.centre, bones.motion, work.wrench, out)
+            project(plant, work.x, force, bones.centre, bones.motion, work.wrench, out)
             rows[3 * e + c] = out
     return rows
 
@@ -278,6 +279,4 @@ def lie_down(rest: RestState, posture: str, duration: float = 8.0) -> RestState:
     state.qvel[:] = 0.0
     state.soft_velocity[:] = 0.0
     engine.predict(machine.bones, torso.plant, machine.work, state, 0.0)
-    return RestState(
-        torso=torso, posture=posture, state=state, points=machine.work.x.copy()
-    )
+    return RestState(torso=torso, posture=posture, state=state, points=machine.work.x.copy())

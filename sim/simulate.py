@@ -12,8 +12,8 @@ from sim.errors import UnstableSimulation
 from sim.model.landmarks import skin_places
 from sim.model.muscles import MUSCLE_GROUPS
 from sim.physics.types import Floats, Ints
-from sim.resting import RestingTorso
 from sim.rest import GRAVITY, Machine, bed, copy_state
+from sim.resting import RestingTorso
 from sim.tables import read_rows
 
 BREATH_STEP = 0.002
@@ -116,14 +116,12 @@ def simulate(
     schedule = engine.Schedule(
         step=step, refresh_every=REFRESH, record_every=every, drag=0.0, speed_limit=SPEED_LIMIT
     )
-    done = engine.run(
-        machine.bones, torso.plant, machine.work, state, schedule, drive, record
-    )
+    done = engine.run(machine.bones, torso.plant, machine.work, state, schedule, drive, record)
     if done < len(activation):
         raise UnstableSimulation(_diverged(done * step, machine, state), _dump(dump, state))
     s = record.scalars
     return Trajectory(
-        time=(np.arange(n_frames) + 1) * every * step,
+        time=np.arange(1, n_frames + 1, dtype=np.float64) * (every * step),
         qpos=record.qpos,
         soft=record.soft,
         lung=s[:, 0],
@@ -187,6 +185,4 @@ def replay(resting: RestingTorso, trajectory: Trajectory, chosen: Ints) -> Poses
 def skin_frames(resting: RestingTorso, trajectory: Trajectory) -> Floats:
     """(n_frames, n_vertices, 3), the skin in every frame, m."""
     poses = replay(resting, trajectory, resting.skin.point)
-    return skin_places(
-        resting.skin, resting.torso, poses.points, poses.position, poses.rotation
-    )
+    return skin_places(resting.skin, resting.torso, poses.points, poses.position, poses.rotation)

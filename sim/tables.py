@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -21,27 +20,21 @@ DATA = Path(__file__).parent / "data"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Parameters(Mapping[str, float]):
+class Parameters:
     """Named numbers in the units of their table (SI, angles in degrees)."""
 
-    values: dict[str, float]
+    numbers: dict[str, float]
 
     def __getitem__(self, name: str) -> float:
-        if name not in self.values:
-            raise ParameterError(f"parameters: no {name!r}. There are: {', '.join(self.values)}.")
-        return self.values[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.values)
-
-    def __len__(self) -> int:
-        return len(self.values)
+        if name not in self.numbers:
+            raise ParameterError(f"parameters: no {name!r}. There are: {', '.join(self.numbers)}.")
+        return self.numbers[name]
 
     def replace(self, **changes: float) -> Parameters:
         """A copy with some numbers changed; unknown names are refused."""
         for name in changes:
             self[name]
-        return Parameters(values={**self.values, **changes})
+        return Parameters(numbers={**self.numbers, **changes})
 
 
 def read_rows(name: str) -> list[dict[str, str]]:
@@ -54,7 +47,7 @@ def read_rows(name: str) -> list[dict[str, str]]:
 def parameters() -> Parameters:
     """The calibrated parameter set."""
     rows = read_rows("parameters.csv")
-    return Parameters(values={row["name"]: float(row["value"]) for row in rows})
+    return Parameters(numbers={row["name"]: float(row["value"]) for row in rows})
 
 
 @cache

@@ -13,7 +13,7 @@ import numpy as np
 
 from sim.errors import ParameterError
 from sim.physics.types import Floats
-from sim.tables import Parameters, bone_arrays, body_size
+from sim.tables import Parameters, body_size, bone_arrays
 
 SIDES = ("L", "R")
 

@@ -125,7 +125,9 @@ class CavityBuilder:
             i: self._bind("sternum", self._sternum_at(anatomy.facet[0, i - 1, 2]))
             for i in range(1, 8)
         }
-        self.back = {i: self._bind(segment_of(f"T{i}"), anatomy.front[f"T{i}"]) for i in range(1, 13)}
+        self.back = {
+            i: self._bind(segment_of(f"T{i}"), anatomy.front[f"T{i}"]) for i in range(1, 13)
+        }
         self.xiphoid = self._bind("sternum", anatomy.sternum_back[-1])
         self.lumbar = self._bind("L1-L3", anatomy.front["L1"])
 
@@ -169,7 +171,10 @@ class CavityBuilder:
             row += [self._bind("sternum", facet), self.middle[rib]]
         elif rib <= 9:
             end = rim[5 + MARGIN.index(ROW_END[rib])]
-            row += [self._bind(f"cartilage_{letter}6-10", 0.5 * (line[-1] + self.points.at(end))), end]
+            row += [
+                self._bind(f"cartilage_{letter}6-10", 0.5 * (line[-1] + self.points.at(end))),
+                end,
+            ]
         elif rib == 10:
             row[-1] = rim[5]
         elif rib == 11:
@@ -227,7 +232,9 @@ class CavityBuilder:
             if not np.isfinite(radius):
                 break
             radius -= self.parameters["contact_gap"]
-            path.append(np.array([axis + radius * np.cos(angle), radius * np.sin(angle), rim[2] + z]))
+            path.append(
+                np.array([axis + radius * np.cos(angle), radius * np.sin(angle), rim[2] + z])
+            )
         return np.array(path)
 
     def _dome(self, path: Floats, edge: Floats, rows: int) -> Floats:
@@ -239,7 +246,9 @@ class CavityBuilder:
         c1 = start + np.array([0.0, 0.0, rise])
         c2 = edge - 0.45 * run
         t = np.linspace(0.0, 1.0, 30)[1:, None]
-        arc = (1 - t) ** 3 * start + 3 * (1 - t) ** 2 * t * c1 + 3 * (1 - t) * t**2 * c2 + t**3 * edge
+        arc = (
+            (1 - t) ** 3 * start + 3 * (1 - t) ** 2 * t * c1 + 3 * (1 - t) * t**2 * c2 + t**3 * edge
+        )
         return _along(np.vstack([path, arc]), np.linspace(0.0, 1.0, rows + 2))
 
     def build(self) -> Cavity:
@@ -280,7 +289,9 @@ class CavityBuilder:
         tendon = [c[-1] for c in grid]
         middle = edge.mean(axis=0)
         ring = [
-            self._bind("central_tendon", 0.5 * (q + middle) + np.array([0.0, 0.0, p["tendon_rise"]]))
+            self._bind(
+                "central_tendon", 0.5 * (q + middle) + np.array([0.0, 0.0, p["tendon_rise"]])
+            )
             for q in edge[::2]
         ]
         top = self._bind("central_tendon", middle + np.array([0.0, 0.0, 1.3 * p["tendon_rise"]]))
@@ -310,7 +321,9 @@ class CavityBuilder:
         p, n = self.parameters, len(loop)
         n_rows = int(p["wall_rows"])
         pelvic = self._pelvic_line(half, n)
-        centre = np.array([0.02, 0.0, 0.5 * (pelvic[:, 2].mean() + self.points.at(self.xiphoid)[2])])
+        centre = np.array(
+            [0.02, 0.0, 0.5 * (pelvic[:, 2].mean() + self.points.at(self.xiphoid)[2])]
+        )
         grid = []
         for j, handle in enumerate(loop):
             k = j if j < half else n - j
@@ -326,7 +339,9 @@ class CavityBuilder:
                 line += np.sin(np.pi * t)[:, None] * bulge * out
                 column = [self.points.add_particle(q) for q in line]
             else:
-                column = [self._bind(self._lumbar_body(q[2]), self._before_spine(q, k)) for q in line]
+                column = [
+                    self._bind(self._lumbar_body(q[2]), self._before_spine(q, k)) for q in line
+                ]
             grid.append([handle, *column, self._bind("pelvis", bottom)])
         faces: list[tuple[int, int, int]] = []
         for j in range(n):
@@ -366,6 +381,4 @@ def tendon_edge(anatomy: Anatomy, parameters: Parameters, n: int) -> Floats:
     level = anatomy.spine["T9"][2] + parameters["dome_above_t9"] * anatomy.scale[2]
     x = parameters["tendon_x"] + parameters["tendon_depth"] * np.cos(angle)
     y = parameters["tendon_breadth"] * np.sin(angle)
-    return np.stack(
-        [x * anatomy.scale[0], y * anatomy.scale[1], np.full(n, level)], axis=1
-    )
+    return np.stack([x * anatomy.scale[0], y * anatomy.scale[1], np.full(n, level)], axis=1)

@@ -7,6 +7,7 @@ the belly it stands off along the normal. A marker is bound to a face of that sk
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -72,9 +73,10 @@ def vertex_normals(x: Floats, faces: Ints) -> Floats:
     n = np.cross(b - a, c - a)
     out = np.zeros_like(x)
     for k in range(3):
-        np.add.at(out, (..., faces[:, k], slice(None)), n)
+        where: Any = (..., faces[:, k], slice(None))
+        np.add.at(out, where, n)
     size = np.linalg.norm(out, axis=-1, keepdims=True)
-    return out / np.maximum(size, 1e-12)
+    return np.asarray(out / np.maximum(size, 1e-12))
 
 
 def build_skin(torso: Torso, points: Floats) -> Skin:
@@ -181,7 +183,7 @@ def attach(vertices: Floats, faces: Ints, points: Floats) -> Attachments:
     centres = cKDTree(vertices[faces].mean(axis=1))
     chosen, weights = [], []
     for p in points:
-        near = centres.query(p, k=24)[1]
+        near = np.asarray(centres.query(p, k=24)[1], dtype=np.int64)
         t = vertices[faces[near]]
         w = _closest(np.repeat(p[None], len(near), axis=0), t[:, 0], t[:, 1], t[:, 2])
         best = int(np.argmin(np.linalg.norm((w[:, :, None] * t).sum(axis=1) - p, axis=1)))
@@ -199,9 +201,7 @@ def marker_places(attachments: Attachments, vertices: Floats) -> Floats:
     a = attachments
     n, u, t = _frames(vertices, a.face)
     base = (a.weight[:, :, None] * vertices[..., a.face, :]).sum(axis=-2)
-    return np.asarray(
-        base + a.height[:, None] * n + a.slide[:, :1] * u + a.slide[:, 1:] * t
-    )
+    return np.asarray(base + a.height[:, None] * n + a.slide[:, :1] * u + a.slide[:, 1:] * t)
 
 
 def landmark_points(torso: Torso, vertices: Floats) -> dict[str, Floats]:
@@ -235,5 +235,3 @@ def landmark_points(torso: Torso, vertices: Floats) -> dict[str, Floats]:
             np.argmin(np.linalg.norm(vertices - a.rib[side, 9, -1], axis=1))
         ]
     return out
-
-

@@ -15,7 +15,7 @@ from sim.model.cavity import FREE_FROM, Cavity
 from sim.model.points import Points
 from sim.model.skeleton import cartilage_line, segment_of
 from sim.physics.plant import Muscles, Tissue
-from sim.physics.types import Floats
+from sim.physics.types import Floats, Ints
 from sim.tables import Parameters, read_rows
 
 MUSCLE_GROUPS = (
@@ -335,7 +335,7 @@ def pack_muscles(points: Points, muscles: MuscleList, slots: dict[tuple[int, int
     optimum = np.array([float(layers[g]["frc_over_optimal"]) for g in names])
     passive = np.array([float(layers[g]["passive_share"]) for g in names])
     f_max = thickness * np.array(muscles.width) * parameters["specific_tension"]
-    chain_rest = np.bincount(chain, length / optimum)
+    chain_rest = np.bincount(chain, length / optimum).astype(np.float64)
     count = np.bincount(chain).astype(float)
     speed = np.zeros(len(count))
     speed[chain] = [float(layers[g]["v_max_per_s"]) for g in names]
@@ -360,6 +360,6 @@ def pack_tissue(points: Points, tissue: TissueList, slots: dict[tuple[int, int],
     )  # fmt: skip
 
 
-def _slots(a: Floats, b: Floats, slots: dict[tuple[int, int], int]) -> Floats:
+def _slots(a: Ints, b: Ints, slots: dict[tuple[int, int], int]) -> Ints:
     pairs = zip(np.minimum(a, b).tolist(), np.maximum(a, b).tolist(), strict=True)
     return np.array([slots.get(pair, -1) for pair in pairs], dtype=np.int64)

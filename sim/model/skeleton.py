@@ -107,9 +107,7 @@ def _add_ribs(
             name, line = f"rib_{letter}{i + 1}", anatomy.rib[side, i]
             parent = segment_of(f"T{i + 1}")
             share = mass * _length(line) / total
-            bodies[name] = _add_body(
-                bodies[parent], name, line[0], at[parent], line, share, 0.02
-            )
+            bodies[name] = _add_body(bodies[parent], name, line[0], at[parent], line, share, 0.02)
             _ball(bodies[name], name)
             at[name] = line[0]
 
@@ -169,9 +167,7 @@ def build_skeleton(
         base = anatomy.joint[low]
         levels = [v for k, v in anatomy.spine.items() if segment_of(k) == name]
         points = np.vstack([levels, [anatomy.process[low], anatomy.process[high]]])
-        bodies[name] = _add_body(
-            bodies[parent], name, base, at[parent], points, masses[name], 0.06
-        )
+        bodies[name] = _add_body(bodies[parent], name, base, at[parent], points, masses[name], 0.06)
         _ball(bodies[name], name)
         at[name], parent = base, name
     base = anatomy.skull_base
@@ -235,9 +231,7 @@ def rib_axes(rib: int, side: int) -> Floats:
     return np.stack([neck, up, np.cross(neck, up)])
 
 
-def _build_joints(
-    model: mujoco.MjModel, body: dict[str, int], parameters: Parameters
-) -> Joints:
+def _build_joints(model: mujoco.MjModel, body: dict[str, int], parameters: Parameters) -> Joints:
     balls = []
     limits = {row["upper"].lower(): row for row in read_rows("spine_limits.csv")}
     for name in (*SEGMENTS, "skull"):

@@ -25,7 +25,8 @@ from sim.physics.muscle import HILL
 from sim.physics.plant import Constants, Contacts, Links, Plant
 from sim.physics.surface import enclosed_volume
 from sim.physics.types import Floats, Ints
-from sim.tables import Parameters, parameters as calibrated, read_rows
+from sim.tables import Parameters, read_rows
+from sim.tables import parameters as calibrated
 
 __all__ = ["Subject", "Torso", "build_torso"]
 
@@ -153,7 +154,9 @@ def _neighbours(faces: Ints) -> Ints:
     for f, face in enumerate(faces.tolist()):
         for v in face:
             owners.setdefault(v, []).append(f)
-    near = [sorted({g for v in face for g in owners[v]} - {f}) for f, face in enumerate(faces.tolist())]
+    near = [
+        sorted({g for v in face for g in owners[v]} - {f}) for f, face in enumerate(faces.tolist())
+    ]
     out = np.full((len(faces), max(map(len, near)) + 1), -1, dtype=np.int64)
     for f, row in enumerate(near):
         out[f, : len(row)] = row
@@ -167,8 +170,11 @@ def _contacts(x: Floats, dome: Ints, sheet: Ints, axis: float) -> Contacts:
         for p in dome
     ]
     return Contacts(
-        point=dome, face=sheet, neighbour=_neighbours(sheet),
-        start=np.array(start, dtype=np.int64), axis=axis,
+        point=dome,
+        face=sheet,
+        neighbour=_neighbours(sheet),
+        start=np.array(start, dtype=np.int64),
+        axis=axis,
     )
 
 
@@ -243,9 +249,7 @@ def _pack(
         tissue=pack_tissue(points, tissue, slots),
         links=links,
         contacts=_contacts(x, points.resolve(dome), sheet, p["torso_axis"]),
-        constants=_constants(
-            subject, p, enclosed_volume(x, chest), enclosed_volume(x, belly)
-        ),
+        constants=_constants(subject, p, enclosed_volume(x, chest), enclosed_volume(x, belly)),
         pattern=pattern,
         point_body=body,
         point_local=x[:n_bound] - data.xpos[body],

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.sparse import csc_matrix, eye
 from scipy.sparse.linalg import splu
 
+from sim.physics.compiled import compiled
 from sim.physics.types import Floats, Ints
 
 
@@ -77,7 +77,7 @@ def analyse(n: int, edges: Ints) -> Pattern:
     )
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _invert(a: Floats, out: Floats) -> None:
     c0 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1]
     c1 = a[1, 2] * a[2, 0] - a[1, 0] * a[2, 2]
@@ -92,7 +92,7 @@ def _invert(a: Floats, out: Floats) -> None:
     out[2, 2] = (a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0]) * s
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def factorise(
     pattern: Pattern, diagonal: Floats, off: Floats, lower: Floats, inverse: Floats
 ) -> None:
@@ -163,7 +163,7 @@ def factorise(
         _invert(d, inverse[k])
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@compiled
 def solve(pattern: Pattern, lower: Floats, inverse: Floats, rhs: Floats, work: Floats) -> None:
     """Solve A x = rhs in place.
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from sim.physics.compiled import compiled
 from sim.physics.muscle import (
     HILL,
     active_factor,
@@ -21,7 +20,7 @@ EDGE = 0.25
 """How far past its edge a face is still felt, as a barycentric weight."""
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _pull(x: Floats, f: Floats, a: int, b: int, tension: float, length: float) -> None:
     s = tension / length
     for c in range(3):
@@ -30,7 +29,7 @@ def _pull(x: Floats, f: Floats, a: int, b: int, tension: float, length: float) -
         f[b, c] -= d
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _length_and_rate(x: Floats, v: Floats, a: int, b: int) -> tuple[float, float]:
     dx, dy, dz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
     length = max(math.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
@@ -38,7 +37,7 @@ def _length_and_rate(x: Floats, v: Floats, a: int, b: int) -> tuple[float, float
     return length, rate
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def add_muscles(
     x: Floats,
     v: Floats,
@@ -107,7 +106,7 @@ def add_muscles(
         _pull(x, f, muscles.a[e], muscles.b[e], tension[e], length[e])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def muscle_stiffness(
     e: int,
     step: float,
@@ -126,7 +125,7 @@ def muscle_stiffness(
     rest = muscles.rest[e]
     if constants.law != HILL:
         k = level * muscles.f_max[e] + muscles.k_pe[e]
-        return step * step * k + step * muscles.b_pe[e]
+        return float(step * step * k + step * muscles.b_pe[e])
     ratio = length[e] / rest
     k = muscles.k_pe[e] * passive_shape(ratio)[1] / rest
     d = muscles.b_pe[e] / rest
@@ -136,10 +135,10 @@ def muscle_stiffness(
     k += force * max(0.0, slope)
     steepest = (1.0 + constants.curvature) / constants.curvature
     d += force * force_length(span_ratio, constants.width) * steepest / muscles.chain_v_max[chain]
-    return step * step * k + step * d
+    return float(step * step * k + step * d)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def add_tissue(x: Floats, v: Floats, tissue: Tissue, tension: Floats, f: Floats) -> None:
     """Add the pull of the passive threads; `tension` (n,), N, is written."""
     for e in range(tissue.a.shape[0]):
@@ -150,7 +149,7 @@ def add_tissue(x: Floats, v: Floats, tissue: Tissue, tension: Floats, f: Floats)
             _pull(x, f, tissue.a[e], tissue.b[e], pull, length)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def link_axis(links: Links, e: int, point_body: Ints, rotation: Floats, out: Floats) -> None:
     """Direction of a link's cartilage in the world.
 
@@ -164,7 +163,7 @@ def link_axis(links: Links, e: int, point_body: Ints, rotation: Floats, out: Flo
         out[c] = r[3 * c] * s[0] + r[3 * c + 1] * s[1] + r[3 * c + 2] * s[2]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def add_links(
     x: Floats, v: Floats, links: Links, point_body: Ints, rotation: Floats, f: Floats
 ) -> None:
@@ -184,7 +183,7 @@ def add_links(
             f[b, c] -= pull
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def cross_sheet(
     x: Floats, face: Ints, p: int, axis: float, weight: Floats, normal: Floats
 ) -> tuple[float, float]:
@@ -224,7 +223,7 @@ def cross_sheet(
     return (radius - reach) * slope, min(1.0 - s - t, min(s, t))
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def follow_sheet(x: Floats, contacts: Contacts, held: Ints) -> None:
     """Let each diaphragm particle walk to the face that its ray crosses.
 
@@ -247,7 +246,7 @@ def follow_sheet(x: Floats, contacts: Contacts, held: Ints) -> None:
                     best, held[i], moved = inside, g, True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def add_contacts(
     x: Floats,
     v: Floats,

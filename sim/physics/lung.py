@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from sim.physics.compiled import compiled
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def recoil_pressure(volume: float, limit: float, scale: float, rate: float) -> float:
     """Elastic recoil of the lung, V = limit - scale * exp(-rate * P).
 
@@ -32,13 +32,13 @@ def recoil_pressure(volume: float, limit: float, scale: float, rate: float) -> f
     return -math.log(gap / scale) / rate
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def recoil_stiffness(volume: float, limit: float, scale: float, rate: float) -> float:
     """Slope of `recoil_pressure`, Pa/m^3."""
     return 1.0 / (rate * max(limit - volume, 0.02 * scale))
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def outflow(
     gas: float, volume: float, step: float, atmosphere: float, k1: float, k2: float, cap: float
 ) -> float:
@@ -70,7 +70,7 @@ def outflow(
     return min(flow, cap) if drive > 0.0 else -flow
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def alveolar_stiffness(
     gas: float, volume: float, flow: float, step: float, atmosphere: float, k1: float, k2: float
 ) -> float:
@@ -80,7 +80,7 @@ def alveolar_stiffness(
     return resistance * (absolute / volume) / (resistance + step * atmosphere / volume)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def flow_cap(volume: float, residual: float, total: float, peak: float) -> float:
     """Expiratory flow that volume allows: nothing at RV, peak flow from 85 % of VC on.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from sim.physics.compiled import compiled
 
 HILL = 0
 SPRING = 1
@@ -17,7 +17,7 @@ PASSIVE_SHAPE = 10.0
 """Exponent of the passive curve per unit of strain (dilorenzo2009, ch. 4.2)."""
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def force_length(ratio: float, width: float) -> float:
     """Active force-length factor in [0, 1] (dilorenzo2009, Fig. 4.2a).
 
@@ -29,7 +29,7 @@ def force_length(ratio: float, width: float) -> float:
     return max(0.0, 1.0 - ((ratio - 1.0) / width) ** 2)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def force_velocity(rate: float, curvature: float, eccentric: float) -> float:
     """Force-velocity factor; 1 at rest (dilorenzo2009, Fig. 4.2b).
 
@@ -48,7 +48,7 @@ def force_velocity(rate: float, curvature: float, eccentric: float) -> float:
     return max(0.0, (curvature - curvature * speed) / (curvature + speed))
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def active_factor(
     ratio: float, rate: float, width: float, curvature: float, eccentric: float
 ) -> float:
@@ -56,7 +56,7 @@ def active_factor(
     return force_length(ratio, width) * force_velocity(rate, curvature, eccentric)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def passive_shape(ratio: float) -> tuple[float, float]:
     """Passive curve e^(10 (l - 1)) / e^5 and its slope.
 
@@ -68,7 +68,7 @@ def passive_shape(ratio: float) -> tuple[float, float]:
     return value * (1.0 + PASSIVE_SHAPE * past), value * PASSIVE_SHAPE
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def hill_tension(
     activation: float,
     factor: float,
@@ -94,7 +94,7 @@ def hill_tension(
     return max(0.0, passive) + activation * factor * f_max
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def spring_tension(
     activation: float,
     length: float,

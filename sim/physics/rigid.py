@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from sim.physics.compiled import compiled
 from sim.physics.plant import Joints, Plant, Tree
 from sim.physics.types import Floats, Ints
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def place_points(plant: Plant, position: Floats, rotation: Floats, x: Floats) -> None:
     """Write the world positions of the bound points.
 
@@ -27,7 +27,7 @@ def place_points(plant: Plant, position: Floats, rotation: Floats, x: Floats) ->
             x[p, c] = o[c] + r[3 * c] * q[0] + r[3 * c + 1] * q[1] + r[3 * c + 2] * q[2]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def move_points(plant: Plant, x: Floats, spatial: Floats, centre: Floats, v: Floats) -> None:
     """Write the velocities of the bound points.
 
@@ -45,7 +45,7 @@ def move_points(plant: Plant, x: Floats, spatial: Floats, centre: Floats, v: Flo
         v[p, 2] = s[5] + s[0] * ry - s[1] * rx
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def project(
     plant: Plant, x: Floats, f: Floats, centre: Floats, motion: Floats, wrench: Floats, out: Floats
 ) -> None:
@@ -81,12 +81,10 @@ def project(
                 wrench[parent, c] += wrench[b, c]
     for i in range(out.shape[0]):
         w, s = wrench[tree.dof_body[i]], motion[i]
-        out[i] = (
-            s[0] * w[0] + s[1] * w[1] + s[2] * w[2] + s[3] * w[3] + s[4] * w[4] + s[5] * w[5]
-        )
+        out[i] = s[0] * w[0] + s[1] * w[1] + s[2] * w[2] + s[3] * w[3] + s[4] * w[4] + s[5] * w[5]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def rotation_vector(q: Floats, out: Floats) -> None:
     """Rotation vector of a unit quaternion (w, x, y, z), shorter way round."""
     sign = 1.0 if q[0] >= 0.0 else -1.0
@@ -96,7 +94,7 @@ def rotation_vector(q: Floats, out: Floats) -> None:
     out[0], out[1], out[2] = scale * q[1], scale * q[2], scale * q[3]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def add_joints(joints: Joints, qpos: Floats, qvel: Floats, tau: Floats) -> None:
     """Add the elastic, viscous and limit torques of all joints (dilorenzo2009, Eq. 3.1).
 
@@ -135,7 +133,7 @@ def add_joints(joints: Joints, qpos: Floats, qvel: Floats, tau: Floats) -> None:
         tau[dof] -= joints.hinge_stiffness[j] * bend + joints.hinge_damping[j] * qvel[dof]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def add_point_row(
     tree: Tree,
     body: int,
@@ -175,7 +173,7 @@ def add_point_row(
     return count
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def add_outer(row: Floats, touched: Ints, count: int, weight: float, matrix: Floats) -> None:
     """Add `weight * row row^T` to `matrix` and clear the row."""
     for i in range(count):

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from sim.physics.compiled import compiled
 from sim.physics.types import Floats, Ints
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def enclosed_volume(x: Floats, faces: Ints) -> float:
     """Volume inside a closed mesh whose faces turn outwards.
 
@@ -27,13 +26,11 @@ def enclosed_volume(x: Floats, faces: Ints) -> float:
         ax, ay, az = a[0] - o[0], a[1] - o[1], a[2] - o[2]
         bx, by, bz = b[0] - o[0], b[1] - o[1], b[2] - o[2]
         cx, cy, cz = c[0] - o[0], c[1] - o[1], c[2] - o[2]
-        total += (
-            ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-        )
+        total += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
     return total / 6.0
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def add_pressure(x: Floats, faces: Ints, pressure: float, gradient: Floats, out: Floats) -> None:
     """Add the nodal forces of a pressure that varies linearly in space.
 

@@ -13,15 +13,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from sim.physics.blocks import factorise, solve
+from sim.physics.compiled import compiled
 from sim.physics.forces import EDGE, cross_sheet, muscle_stiffness
 from sim.physics.plant import Plant
 from sim.physics.rigid import add_outer, add_point_row, project
 from sim.physics.surface import add_pressure
 from sim.physics.types import Floats, Ints
-
 
 NEAR = 0.012
 """Gap below which contact is in the matrix: it may close before the next refresh, m."""
@@ -100,7 +99,7 @@ def make_work(plant: Plant) -> Work:
     )
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _thread(
     plant: Plant,
     work: Work,
@@ -164,7 +163,7 @@ def _thread(
         add_outer(work.row, work.touched, count, along if k == 0 else across, matrix)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _add_threads(
     plant: Plant, work: Work, step: float, activation: Floats, centre: Floats, motion: Floats
 ) -> None:
@@ -175,9 +174,7 @@ def _add_threads(
     for e in range(muscles.a.shape[0]):
         chain = muscles.chain[e]
         ratio = work.span[chain] / muscles.chain_rest[chain]
-        along = muscle_stiffness(
-            e, step, muscles, plant.constants, activation, work.length, ratio
-        )
+        along = muscle_stiffness(e, step, muscles, plant.constants, activation, work.length, ratio)
         across = step * step * work.tension[e] / work.length[e]
         _thread(
             plant, work, muscles.a[e], muscles.b[e], muscles.slot[e], along, across,
@@ -206,7 +203,7 @@ def _add_threads(
             add_outer(work.row, work.touched, count, mass, work.rigid)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _add_contacts(plant: Plant, work: Work, step: float, centre: Floats, motion: Floats) -> None:
     """Contact in every direction of the particle: it may pass to another face at any step."""
     contacts, constants = plant.contacts, plant.constants
@@ -229,7 +226,7 @@ def _add_contacts(plant: Plant, work: Work, step: float, centre: Floats, motion:
         add_outer(work.row, work.touched, count, mass, work.rigid)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _add_joints(plant: Plant, step: float, matrix: Floats) -> None:
     joints = plant.joints
     for j in range(joints.ball_dof.shape[0]):
@@ -246,7 +243,7 @@ def _add_joints(plant: Plant, step: float, matrix: Floats) -> None:
         matrix[dof, dof] += step * step * joints.hinge_stiffness[j] + step * joints.hinge_damping[j]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _volume_gradient(
     plant: Plant, work: Work, faces: Ints, centre: Floats, motion: Floats, out: Floats
 ) -> None:
@@ -259,7 +256,7 @@ def _volume_gradient(
             out[n_dof + 3 * p + c] = work.f[bound + p, c]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def solve_blocks(plant: Plant, work: Work, rhs: Floats) -> None:
     """Solve the block-diagonal part of the step's matrix in place."""
     n_dof = plant.tree.dof_body.shape[0]
@@ -268,7 +265,7 @@ def solve_blocks(plant: Plant, work: Work, rhs: Floats) -> None:
     solve(plant.pattern, work.lower, work.inverse, soft, work.scratch)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def refresh(
     plant: Plant,
     work: Work,
@@ -314,7 +311,7 @@ def refresh(
     solve_blocks(plant, work, work.chest_solved)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def solve_step(plant: Plant, work: Work, belly_mass: float, chest_mass: float) -> None:
     """Solve for the change of velocity; `work.change` holds the impulse and is overwritten.
 

@@ -49,9 +49,7 @@ def test_expiratory_sawtooth() -> None:
         assert at(rest) == (0.0, pytest.approx(0.0, abs=1e-12))
 
 
-@given(
-    st.floats(0.2, 5.0), st.floats(0.3, 8.0), st.floats(0.0, 0.8), st.floats(0.0, 20.0)
-)
+@given(st.floats(0.2, 5.0), st.floats(0.3, 8.0), st.floats(0.0, 0.8), st.floats(0.0, 20.0))
 def test_sawtooth_is_periodic_and_between_nothing_and_all(
     inspiration: float, expiration: float, share: float, time: float
 ) -> None:

@@ -103,9 +103,7 @@ def test_spring_tension_is_never_negative(
     k_ac: float, k_pe: float, damping: float,
 ) -> None:  # fmt: skip
     rest = 0.1
-    tension = spring_tension(
-        activation, at * rest, rate, rest, contraction, k_ac, k_pe, damping
-    )
+    tension = spring_tension(activation, at * rest, rate, rest, contraction, k_ac, k_pe, damping)
     assert tension >= 0.0
 
 
