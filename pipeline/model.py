@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Protocol
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from sim.breaths import BreathSimulator
+    from sim.model.torso import Subject
+    from sim.resting import RestingTorso
 
 Floats = NDArray[np.float64]
 
@@ -95,30 +100,28 @@ class TorsoModel:
 
     Parameters
     ----------
-    subject : `sim.model.torso.Subject`
     workers : processes or threads for a batch of runs; never changes a number
     """
 
-    subject: Any
+    subject: Subject
     workers: int
-    _built: tuple[tuple[float, float, float], Any] | None = None
+    _built: dict[tuple[float, float, float], RestingTorso] = field(default_factory=dict)
 
-    def _torso(self, fit_scale: tuple[float, float, float]) -> Any:
+    def _torso(self, fit_scale: tuple[float, float, float]) -> RestingTorso:
         from sim.resting import rest_torso
 
-        if self._built is None or self._built[0] != fit_scale:
-            self._built = (fit_scale, rest_torso(self.subject, fit_scale=fit_scale))
-        return self._built[1]
+        # a fit comes back to the same few sizes, and solving a rest costs as much as ten runs
+        if fit_scale not in self._built:
+            self._built[fit_scale] = rest_torso(self.subject, fit_scale=fit_scale)
+        return self._built[fit_scale]
 
     def surface(self, fit_scale: tuple[float, float, float], posture: str) -> Surface:
         """Skin at rest of the torso of this size."""
-        surface: Surface = self._torso(fit_scale).surface(posture)
-        return surface
+        return self._torso(fit_scale).surface(posture)
 
     def landmarks(self, fit_scale: tuple[float, float, float], posture: str) -> dict[str, Floats]:
         """Named points at rest, (3,) m each."""
-        landmarks: dict[str, Floats] = self._torso(fit_scale).landmarks(posture)
-        return landmarks
+        return self._torso(fit_scale).landmarks(posture)
 
     def simulator(
         self,
@@ -130,12 +133,12 @@ class TorsoModel:
         expiration_time: float,
         pause_time: float,
         rate: float,
-    ) -> Simulator:
+    ) -> BreathSimulator:
         """Bind points (n, 3) m to the skin and make ready to run; times in s, rate in Hz."""
         from sim.breaths import BreathSimulator
 
         torso = self._torso(fit_scale)
-        simulator: Simulator = BreathSimulator(
+        return BreathSimulator(
             torso=torso,
             posture=posture,
             attachments=torso.bind(points, posture),
@@ -145,4 +148,3 @@ class TorsoModel:
             rate=rate,
             workers=self.workers,
         )
-        return simulator

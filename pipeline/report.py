@@ -142,7 +142,11 @@ def context(folder: Path) -> dict[str, Any]:
         "input_facts": _facts(markers, ("labels", "names", "noise_mm", "gaps")),
         "marker_rows": tables.marker_table(markers.get("quality", {}), names),
         "signature_facts": _facts(records["signature"], ()),
-        "search_facts": _facts(records["fit"], ("levels", "errors")),
+        "search_facts": _facts(
+            records["fit"], ("levels", "errors", "rib_rotation_deg", *tables.BREATH_FIGURES)
+        ),
+        "breath_facts": tables.breath_facts(records["fit"]),
+        "rib_rows": tables.rib_table(records["fit"].get("rib_rotation_deg", {})),
         "cycles": cycles,
         "cycle_columns": tables.columns(cycles),
         "errors": tables.error_table(errors),

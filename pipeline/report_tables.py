@@ -12,6 +12,7 @@ Columns = list[tuple[str, str]]
 UNITS = (
     ("_mm_s", " (mm/s)"),
     ("_mm", " (mm)"),
+    ("_cmh2o", " (cmH2O)"),
     ("_deg", " (°)"),
     ("_hz", " (Hz)"),
     ("_kg", " (kg)"),
@@ -19,6 +20,20 @@ UNITS = (
     ("_s", " (s)"),
     ("_m", " (m)"),
 )
+BREATH_FIGURES = (
+    "tidal_volume_l",
+    "rib_cage_share",
+    "rib_cage_volume_l",
+    "abdominal_wall_volume_l",
+    "diaphragm_volume_l",
+    "diaphragm_excursion_mm",
+    "pleural_pressure_cmh2o",
+    "abdominal_pressure_cmh2o",
+    "abdomen_volume_error",
+    "steady",
+    "not_steady_because",
+)
+"""What the report says of the fitted torso's breath, out of fit.json."""
 SCOPES = {
     "signature": "the mean breath",
     "cycles": "every breath",
@@ -54,6 +69,11 @@ LEVEL_COLUMNS: Columns = [
     ("mean", "mean breath"),
     ("next", "next breath"),
     ("at_bound", "at a bound"),
+]
+RIB_COLUMNS: Columns = [
+    ("rib", "rib"),
+    ("pump", "pump handle (°)"),
+    ("bucket", "bucket handle (°)"),
 ]
 CYCLE_LEVEL_COLUMNS: Columns = [("cycle", "breath"), *((g, words(g)) for g in GROUPS)]
 
@@ -171,3 +191,28 @@ def marker_table(quality: Mapping[str, Any], names: Mapping[str, str]) -> Rows:
         }
         for label, value in noise.items()
     ]
+
+
+def rib_table(rotation: Mapping[str, Mapping[str, float]]) -> Rows:
+    """Return one row a rib of the left side: rotation since rest at the height of the breath.
+
+    Parameters
+    ----------
+    rotation : of fit.json, rib to pump and bucket handle, degrees
+    """
+    return [
+        {"rib": name.removeprefix("rib_L"), **{axis: number(turn[axis], 2) for axis in turn}}
+        for name, turn in rotation.items()
+        if name.startswith("rib_L")
+    ]
+
+
+def breath_facts(fit: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """Return (heading, value) of the figures of the fitted torso's breath; a span in words."""
+    facts = []
+    for key in BREATH_FIGURES:
+        value = fit.get(key, "")
+        if isinstance(value, list | tuple):
+            value = " to ".join(number(end) for end in value)
+        facts.append((heading(key), value))
+    return facts

@@ -165,6 +165,7 @@ def fit(job: Job, folder: Path, processes: int) -> Content:
     records.save(result, folder / "fit.npz")
     _write_rows(folder / "errors.csv", result.errors)
     _draw_fit(folder, recording, found, result)
+    figures = _keep_breath(job, folder, result, model)
     main = main_error(result.errors)
     error, still = float(main["error_p_mm"]), float(main["error_p_still_mm"])
     return {
@@ -176,6 +177,7 @@ def fit(job: Job, folder: Path, processes: int) -> Content:
         "fit_scale": result.fit_scale,
         "registration_residual_mm": 1e3 * float(np.nanmean(np.abs(result.residual))),
         "tidal_volume_l": 1e3 * float(np.ptp(result.lung_volume)),
+        **figures,
         "cycle_how": result.cycle_how,
         "errors": result.errors,
         "notes": notes,
@@ -221,6 +223,26 @@ def _draw_fit(
     }
     for name, drawing in drawings.items():
         records.write_text(folder / f"{name}.svg", drawing)
+
+
+def _keep_breath(job: Job, folder: Path, result: FitResult, model: TorsoModel) -> dict[str, Any]:
+    """Write the torso's motion over the best breath; return its figures."""
+    from pipeline.breath_motion import RIBS, best_breath
+    from pipeline.draw.fit import ribs_svg
+    from sim.trajectory import save_motion
+
+    breath = best_breath(result, model, job.section("fit").frame_rate_hz)
+    about: dict[str, str | int] = {
+        "version": job.version,
+        "seed": job.seed,
+        "recording": job.name,
+        "subject": job.recording["subject"],
+        "posture": result.posture,
+    }
+    save_motion(folder / "trajectory.h5", breath.motion, about)
+    drawing = ribs_svg(time=breath.motion.time, pump=breath.pump, bucket=breath.bucket, ribs=RIBS)
+    records.write_text(folder / "ribs.svg", drawing)
+    return breath.figures
 
 
 def posterior(job: Job, folder: Path, processes: int) -> Content:

@@ -10,6 +10,7 @@ import pytest
 
 from pipeline.page import cell, inline_svg, number
 from pipeline.report import PARTS, write_report
+from pipeline.report_tables import breath_facts, rib_table
 from pipeline.tabulate import by_subject, error_rows, group_rows, write_error_table, write_group
 
 MAX_BYTES = 8_000_000
@@ -129,6 +130,20 @@ def test_group_counts_subjects_never_recordings_or_breaths(finished):
     assert rows["diaphragm"]["n_subjects"] == 2
     assert rows["diaphragm"]["mean"] == pytest.approx(0.3)
     assert rows["abdomen"]["n_subjects"] == 1
+
+
+def test_figures_of_the_breath_are_told_in_words():
+    fit = {
+        "tidal_volume_l": 0.512,
+        "pleural_pressure_cmh2o": [-6.3, -4.9],
+        "rib_rotation_deg": {"rib_L1": {"pump": 0.7, "bucket": 1.02}, "rib_R1": {}},
+    }
+    facts = dict(breath_facts(fit))
+    assert facts["tidal volume (L)"] == 0.512
+    assert facts["pleural pressure (cmH2O)"] == "-6.30 to -4.90"
+    assert facts["rib cage share"] == ""
+    rows = rib_table(fit["rib_rotation_deg"])
+    assert rows == [{"rib": "1", "pump": "0.70", "bucket": "1.0"}]
 
 
 NUMBERS = {

@@ -1,0 +1,66 @@
+"""The steady breath that a fit keeps: whole, in the file, with ribs and figures that agree."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pipeline.breath_motion import FIGURES, RIBS, best_breath
+from pipeline.model import TorsoModel
+from sim.model.torso import Subject
+from sim.trajectory import load_motion, save_motion
+
+NAMES = ("CLAV", "STRN", "NAVEL", "LLCH")
+TIMING = (1.0, 1.43, 0.21)
+
+
+@pytest.mark.slow
+def test_kept_breath_is_the_run_of_the_fit(tmp_path):
+    model = TorsoModel(subject=Subject(sex="male", stature=1.756, mass=75.0), workers=1)
+    unit, levels = (1.0, 1.0, 1.0), np.array([0.2, 0.05, 0.0, 0.02])
+    landmarks = model.landmarks(unit, "upright")
+    inspiration, expiration, pause = TIMING
+    fit = SimpleNamespace(
+        fit_scale=unit,
+        posture="upright",
+        labels=NAMES,
+        points=np.array([landmarks[name] for name in NAMES]),
+        levels=levels,
+        inspiration_time=inspiration,
+        expiration_time=expiration,
+        pause_time=pause,
+    )
+    breath = best_breath(fit, model, 25.0)
+    run = model.simulator(
+        unit,
+        "upright",
+        fit.points,
+        inspiration_time=inspiration,
+        expiration_time=expiration,
+        pause_time=pause,
+        rate=25.0,
+    ).run(levels[None])
+    time = breath.motion.time
+    assert time[0] >= 0 and time[-1] < inspiration + expiration
+    whole = time[time <= run.time[-1]]
+    for k in range(len(NAMES)):
+        for axis in range(3):
+            expected = np.interp(whole, run.time, run.positions[0, :, k, axis])
+            assert np.allclose(breath.motion.markers[: len(whole), k, axis], expected, atol=5e-5)
+
+    # the figures are those of the lung's fullest frame, the drawn angles those of all frames
+    fullest = int(np.argmax(breath.motion.volumes["lung"]))
+    told = [breath.figures["rib_rotation_deg"][f"rib_{rib}"]["pump"] for rib in RIBS]
+    assert np.allclose(breath.pump[fullest], told, atol=0.02)
+    assert breath.bucket[fullest].min() > 0
+    assert set(breath.figures) == set(FIGURES)
+    assert breath.figures["pleural_pressure_cmh2o"][0] < breath.figures["pleural_pressure_cmh2o"][1]
+
+    path = tmp_path / "trajectory.h5"
+    save_motion(path, breath.motion, {"version": "0", "seed": 1})
+    kept, _ = load_motion(path)
+    assert kept.marker_names == NAMES
+    assert np.array_equal(kept.markers, breath.motion.markers)
+    assert kept.elements is not None
