@@ -48,12 +48,12 @@ def test_a_run_does_not_remember_the_one_before(resting: RestingTorso) -> None:
 def test_one_worker_and_two_agree_to_the_bit(resting: RestingTorso) -> None:
     marks = resting.landmarks("upright")
     bound = resting.bind(np.array([marks["STRN"], marks["NAVEL"]]), "upright")
-    levels = np.random.default_rng(1).uniform(0.0, 0.15, (4, 4))
+    levels = np.random.default_rng(1).uniform(0.0, 0.1, (3, 4))
     runs = []
     for workers in (1, 2):
         breather = BreathSimulator(
-            torso=resting, posture="upright", attachments=bound, inspiration_time=0.5,
-            expiration_time=0.7, pause_time=0.1, rate=25.0, workers=workers,
+            torso=resting, posture="upright", attachments=bound, inspiration_time=0.3,
+            expiration_time=0.4, pause_time=0.1, rate=25.0, workers=workers,
         )  # fmt: skip
         runs.append(breather.run(levels))
     assert not runs[0].failed.any()

@@ -1,0 +1,189 @@
+"""How fast the torso runs: real-time factor, its parts, cost against its size.
+
+`python benchmarks/torso.py` runs on one core and prints Markdown tables; medians of several runs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit
+
+from sim import engine
+from sim.breaths import sawtooth
+from sim.model.torso import Subject
+from sim.physics.forces import add_contacts, add_muscles, add_tissue, follow_sheet
+from sim.physics.plant import Plant
+from sim.physics.rigid import move_points, place_points, project
+from sim.physics.surface import add_pressure, enclosed_volume
+from sim.physics.system import Work, refresh, solve_step
+from sim.physics.types import Floats
+from sim.rest import GRAVITY, Machine, copy_state, no_record
+from sim.resting import RestingTorso, rest_torso
+from sim.simulate import REFRESH, SPEED_LIMIT, group_activation
+from sim.tables import parameters
+
+MAN = Subject(sex="male", stature=1.756, mass=75.0)
+LEVELS = np.array([0.1, 0.06, 0.0, 0.0])
+SIZES: tuple[dict[str, float], ...] = (
+    {"intercostals_per_space": 7},
+    {},
+    {"intercostals_per_space": 28},
+    {"intercostals_per_space": 56},
+    {"diaphragm_rows": 5, "wall_rows": 5},
+    {"diaphragm_rows": 10, "wall_rows": 10},
+    {"diaphragm_rows": 14, "wall_rows": 14},
+)
+PARTS = ("kinematics (MuJoCo)", "bias forces (MuJoCo)", "inertia (MuJoCo)", "place and move points",
+         "muscles", "tissue", "contact", "cavities", "projection", "solve", "refresh")  # fmt: skip
+
+
+def activation(duration: float, step: float) -> Floats:
+    """A calm breath of 4 s, over and over."""
+    at = np.arange(round(duration / step)) * step
+    inward, outward = sawtooth(at, inspiration=1.7, expiration=2.3, pause=0.4)
+    return group_activation(np.stack([inward, inward, outward, outward], axis=1) * LEVELS)
+
+
+def drive(machine: Machine, levels: Floats) -> engine.Drive:
+    """Upright, nothing held."""
+    return engine.Drive(
+        activation=np.ascontiguousarray(levels),
+        gravity=np.array(GRAVITY["upright"]),
+        locked=np.zeros(machine.model.nv),
+        pleural=np.nan,
+    )
+
+
+def real_time(resting: RestingTorso, step: float, duration: float) -> float:
+    """Simulated over wall time of one run, after `BREATH_STEP`'s settings."""
+    torso, state = resting.torso, copy_state(resting.upright.state)
+    machine = Machine(torso)
+    what = drive(machine, activation(duration, step))
+    schedule = engine.Schedule(
+        step=step, refresh_every=REFRESH, record_every=len(what.activation) + 1, drag=0.0,
+        speed_limit=SPEED_LIMIT,
+    )  # fmt: skip
+    start = time.perf_counter()
+    done = engine.run(
+        machine.bones, torso.plant, machine.work, state, schedule, what, no_record(torso)
+    )
+    wall = time.perf_counter() - start
+    if done < len(what.activation):
+        raise SystemExit(f"the benchmark's breath diverged after {done * step:.3f} s")
+    return duration / wall
+
+
+@njit(cache=True, nogil=True)
+def _part(
+    which: int, n: int, bones: engine.Bones, plant: Plant, work: Work, state: engine.State,
+    what: engine.Drive, step: float, out: Floats,
+) -> None:  # fmt: skip
+    k = plant.constants
+    for _ in range(n):
+        if which == 0:
+            engine.mj_kinematics(bones.model, bones.data)
+            engine.mj_comPos(bones.model, bones.data)
+            engine.mj_comVel(bones.model, bones.data)
+        elif which == 1:
+            engine.mj_rne(bones.model, bones.data, 0, work.bias.ctypes.data)
+        elif which == 2:
+            engine.mj_makeM(bones.model, bones.data)
+        elif which == 3:
+            place_points(plant, bones.position, bones.rotation, work.x)
+            move_points(plant, work.x, bones.spatial, bones.centre, work.v)
+        elif which == 4:
+            add_muscles(work.x, work.v, plant.muscles, k, what.activation[0], work.length,
+                        work.rate, work.factor, work.tension, work.f)  # fmt: skip
+        elif which == 5:
+            add_tissue(work.x, work.v, plant.tissue, work.pull, work.f)
+        elif which == 6:
+            add_contacts(work.x, work.v, plant.contacts, k, work.held, work.gap, work.f)
+        elif which == 7:
+            enclosed_volume(work.x, plant.chest_faces)
+            enclosed_volume(work.x, plant.abdomen_faces)
+            add_pressure(work.x, plant.chest_faces, -490.0, np.zeros(3), work.f)
+            add_pressure(work.x, plant.abdomen_faces, 900.0, 1e3 * what.gravity, work.f)
+        elif which == 8:
+            project(plant, work.x, work.f, bones.centre, bones.motion, work.wrench, work.tau)
+        elif which == 9:
+            solve_step(plant, work, 1.0, 1.0)
+        else:
+            refresh(plant, work, step, what.activation[0], bones.mass, what.locked,
+                    bones.centre, bones.motion)  # fmt: skip
+
+
+def part_costs(resting: RestingTorso, step: float, repeats: int) -> dict[str, float]:
+    """Time of each part, s a call; the refresh serves `REFRESH` steps."""
+    torso, machine = resting.torso, Machine(resting.torso)
+    what, out = drive(machine, activation(1.0, step)[200:201]), np.empty(7)
+    state, work = copy_state(resting.upright.state), machine.work
+    machine.set_gravity(GRAVITY["upright"])
+    engine.predict(machine.bones, torso.plant, work, state, step)
+    follow_sheet(work.x, torso.plant.contacts, work.held)
+    _part(2, 1, machine.bones, torso.plant, work, state, what, step, out)
+    engine.total_forces(
+        machine.bones, torso.plant, work, state, what, what.activation[0], step, out
+    )
+    costs = {}
+    for which, name in ((10, PARTS[10]), *enumerate(PARTS[:10])):
+        n = 20 if which == 10 else 500
+        work.f[:] = 0.0
+
+        def go(which: int = which, n: int = n) -> None:
+            _part(which, n, machine.bones, torso.plant, work, state, what, step, out)
+
+        costs[name] = median_time(go, repeats) / n
+    return costs
+
+
+def median_time(go: Callable[[], None], repeats: int) -> float:
+    """Median wall time of a call that has been compiled, s."""
+    go()
+    found = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        go()
+        found.append(time.perf_counter() - start)
+    return statistics.median(found)
+
+
+def size_of(resting: RestingTorso) -> tuple[int, int, int]:
+    """Muscle elements, tissue threads, particles."""
+    plant = resting.torso.plant
+    return len(plant.muscles.a), len(plant.tissue.a), resting.torso.n_particles
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--repeats", type=int, default=7, help="runs a median is taken over")
+    parser.add_argument("--duration", type=float, default=8.0, help="simulated s of each run")
+    options = parser.parse_args()
+    resting = rest_torso(MAN)
+    real_time(resting, 0.002, 0.1)
+    print("| step (ms) | real-time factor, median | least | greatest |\n|---|---|---|---|")
+    for step in (0.002, 0.001):
+        runs = [real_time(resting, step, options.duration) for _ in range(options.repeats)]
+        print(f"| {1e3 * step:g} | {statistics.median(runs):.1f} | {min(runs):.1f} "
+              f"| {max(runs):.1f} |")  # fmt: skip
+    print("\n| part | µs a call | µs a step |\n|---|---|---|")
+    for name, cost in part_costs(resting, 0.002, options.repeats).items():
+        every = REFRESH if name in (PARTS[2], PARTS[10]) else 1
+        print(f"| {name} | {1e6 * cost:.1f} | {1e6 * cost / every:.1f} |")
+    print("\n| muscle elements | threads | particles | real-time factor at 2 ms | µs a step |")
+    print("|---|---|---|---|---|")
+    for change in SIZES:
+        other = rest_torso(MAN, parameters=parameters().replace(**change))
+        runs = [real_time(other, 0.002, options.duration) for _ in range(3)]
+        factor = statistics.median(runs)
+        elements, threads, particles = size_of(other)
+        print(f"| {elements} | {threads} | {particles} | {factor:.1f} | {2000.0 / factor:.0f} |")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,219 @@
+"""Redo the calibration ladder, steps (a) to (d), with the present torso.
+
+`python scripts/calibrate.py` writes `docs/figures/calibration_*.svg` and
+`docs/figures/calibration.csv`: every figure beside its target and the source of the target. It
+takes a few minutes on one core.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from calibration_steps import (
+    CMH2O,
+    Point,
+    belly_inflation,
+    diaphragm_alone,
+    open_effort,
+    relaxation,
+    rib_swing,
+)
+from matplotlib import pyplot as plt
+from matplotlib.axes import Axes
+
+from sim.model.torso import Subject, lung_capacity
+from sim.physics import lung
+from sim.physics.types import Floats
+from sim.resting import RestingTorso, rest_torso
+
+MAN = Subject(sex="male", stature=1.756, mass=75.0)
+OUT = Path(__file__).resolve().parents[1] / "docs" / "figures"
+LITRE = 1e-3
+BELLY = np.array([0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5]) * LITRE
+PLEURAL = np.array([-25, -20, -15, -10, -7.5, -2.5, 0, 2.5, 5, 9]) * CMH2O
+VOLUMES = np.array([1.7, 2.4, 3.289, 4.5, 5.7]) * LITRE
+SONG, ESTENNE = "Song 2006", "Estenne 1985"
+Row = tuple[str, str, float, str, str, str]
+
+
+def volumes(points: list[Point], start: Point) -> dict[str, Floats]:
+    """Volumes, L, and pressures, cmH2O, of points as arrays, against `start`."""
+    return {
+        "lung": np.array([p.lung for p in points]) / LITRE,
+        "rib_cage": np.array([p.rib_cage - start.rib_cage for p in points]) / LITRE,
+        "wall": np.array([p.wall - start.wall for p in points]) / LITRE,
+        "pleural": np.array([p.pleural for p in points]) / CMH2O,
+        "abdominal": np.array([p.abdominal - start.abdominal for p in points]) / CMH2O,
+    }
+
+
+def slope(pressure: Floats, volume: Floats, at: float, span: float = 3.0) -> float:
+    """Compliance, L/cmH2O, about a pressure: straight line through the points near it."""
+    near = np.abs(pressure - at) <= span
+    return float(np.polyfit(pressure[near], volume[near], 1)[0])
+
+
+def frc(resting: RestingTorso) -> float:
+    """Predicted FRC, L."""
+    return lung_capacity(resting.torso.subject)["frc"] / LITRE
+
+
+def step_a(resting: RestingTorso, axes: Axes) -> list[Row]:
+    """One rib swinging."""
+    swing = rib_swing(resting)
+    axes.plot(swing.time, np.degrees(swing.angle), label="simulated")
+    ratio = swing.damping / (2.0 * np.sqrt(swing.stiffness * swing.inertia))
+    decay = np.sqrt(complex(ratio**2 - 1.0))
+    rate = np.sqrt(swing.stiffness / swing.inertia)
+    r1, r2 = -rate * (ratio - decay), -rate * (ratio + decay)
+    t = swing.time
+    closed = (swing.angle[0] * (r2 * np.exp(r1 * t) - r1 * np.exp(r2 * t)) / (r2 - r1)).real
+    axes.plot(t, np.degrees(closed), "--", label="closed form")
+    axes.set(xlabel="time (s)", ylabel="rib 5 about its neck (deg)", xlim=(0, 0.5))
+    axes.legend()
+    off = float(np.abs(swing.angle - closed).max() / swing.angle[0])
+    return [
+        ("a", "rib 5, stiffness about the neck", np.radians(swing.stiffness), "N m/deg",
+         "0.05 to 0.2 (start, then tune)", "Lemosse 1998"),
+        ("a", "rib 5, damping ratio", ratio, "1", "", ""),
+        ("a", "rib 5, greatest distance from the closed form", off, "of the start", "0", ""),
+    ]  # fmt: skip
+
+
+def step_b(resting: RestingTorso, axes: Axes) -> list[Row]:
+    """The belly alone, supine."""
+    rows: list[Row] = []
+    for alone, label in ((True, "bones and diaphragm held"), (False, "all free, relaxed")):
+        points, start = belly_inflation(resting, BELLY, wall_alone=alone)
+        v = volumes(points, start)
+        axes.plot(v["abdominal"], v["wall"], "o-", label=label)
+        gain = float(np.interp(16.3, v["abdominal"], v["wall"]))
+        rows.append(("b", f"wall sweeps at +16.3 cmH2O, {label}", gain, "L", "1.27", SONG))
+    axes.plot(16.3, 1.27, "k*", markersize=12, label=SONG)
+    axes.set(xlabel="abdominal pressure above rest (cmH2O)", ylabel="volume swept by the wall (L)")
+    axes.legend()
+    return rows
+
+
+def step_c(resting: RestingTorso, axes: Axes) -> list[Row]:
+    """Relaxed chest wall and lung, upright, and the compliances of both postures."""
+    targets = {
+        ("upright", "rib_cage"): "0.141 +- 0.043", ("upright", "wall"): "0.025 +- 0.012",
+        ("supine", "rib_cage"): "0.088 +- 0.038", ("supine", "wall"): "0.070 +- 0.025",
+    }  # fmt: skip
+    names = {"rib_cage": "rib cage", "wall": "diaphragm-abdomen"}
+    rows: list[Row] = []
+    for posture in ("upright", "supine"):
+        points = relaxation(resting, PLEURAL, posture)
+        start = min(points, key=lambda p: abs(p.rib_cage) + abs(p.wall))
+        v, at = volumes(points, start), start.pleural / CMH2O
+        for part, name in names.items():
+            c = slope(v["pleural"], v[part], at)
+            target = targets[posture, part]
+            rows.append(("c", f"{name} compliance, {posture}", c, "L/cmH2O", target, ESTENNE))
+        if posture == "supine":
+            fall = start.lung / LITRE - frc(resting)
+            rows.append(("c", "FRC, supine less upright", fall, "L", "-0.5 to -1.1",
+                         "Agostoni & Hyatt 1986"))  # fmt: skip
+        else:
+            rows += _rahn(resting, axes, v)
+    return rows
+
+
+def _rahn(resting: RestingTorso, axes: Axes, v: dict[str, Floats]) -> list[Row]:
+    k = resting.torso.plant.constants
+    capacity = {n: c / LITRE for n, c in lung_capacity(resting.torso.subject).items()}
+    recoil = [lung.recoil_pressure(q * LITRE, k.lung_limit, k.lung_scale, k.lung_rate) / CMH2O
+              for q in v["lung"]]  # fmt: skip
+    axes.plot(v["pleural"], v["lung"], "o-", label="chest wall")
+    axes.plot(recoil, v["lung"], "o-", label="lung")
+    axes.plot(v["pleural"] + recoil, v["lung"], "o-", label="together")
+    for name in ("rv", "frc", "tlc"):
+        axes.axhline(capacity[name], color="0.8", zorder=0)
+        axes.text(axes.get_xlim()[0], capacity[name], f" {name.upper()}", va="bottom")
+    axes.plot([-27, 9], [capacity["rv"], capacity["tlc"]], "k*", markersize=10, label="Rahn 1946")
+    axes.set(xlabel="pressure (cmH2O)", ylabel="lung volume (L)")
+    axes.legend()
+    frc = float(np.interp(0.0, v["pleural"] + np.array(recoil), v["lung"]))
+    share = 100.0 * (frc - capacity["rv"]) / (capacity["tlc"] - capacity["rv"])
+    high = float(np.interp(9.0, v["pleural"], v["lung"]))
+    low = float(np.interp(-25.0, v["pleural"], v["lung"]))
+    rahn = "Rahn 1946"
+    return [
+        ("c", "FRC of the relaxed torso", share, "% of VC", "33 to 42", rahn),
+        ("c", "lung volume at a chest wall pressure of +9 cmH2O", high, "L",
+         f"{capacity['tlc']:.2f} (TLC)", rahn),
+        ("c", "lung volume at -25 cmH2O", low, "L", f"{capacity['rv']:.2f} at -27 (RV)", rahn),
+    ]  # fmt: skip
+
+
+def step_d(resting: RestingTorso, axes: Axes) -> list[Row]:
+    """The diaphragm alone."""
+    rows: list[Row] = []
+    for braced, label in ((True, "ribs held"), (False, "ribs free")):
+        pairs = diaphragm_alone(resting, VOLUMES, 1.0, braced=braced)
+        at = np.array([b.lung for b, _ in pairs]) / LITRE
+        rise = [d.abdominal - d.pleural - b.abdominal + b.pleural for b, d in pairs]
+        axes.plot(at, np.array(rise) / CMH2O, "o-", label=f"maximal, airway closed, {label}")
+        rows += [("d", f"transdiaphragmatic pressure at {v:.1f} L, {label}", p / CMH2O, "cmH2O",
+                  "163 at RV falling to 68 at 95 % TLC", "Wanke 1990")
+                 for v, p in zip(at, rise, strict=True)]  # fmt: skip
+    capacity = lung_capacity(resting.torso.subject)
+    ends = [capacity["rv"] / LITRE, 0.95 * capacity["tlc"] / LITRE]
+    axes.plot(ends, [163, 68], "k*", markersize=12, label="Wanke 1990 (sniff)")
+    axes.set(xlabel="lung volume (L)", ylabel="transdiaphragmatic pressure (cmH2O)", ylim=(0, None))
+    axes.legend()
+    before, during = open_effort(resting, {"diaphragm": 0.1})
+    move = 1e3 * (during.places - before.places)
+    torso = resting.torso
+    last, lower = torso.rows[0][2][-1], torso.rows[0][8][6]
+    navel = torso.wall[len(torso.wall) // 2, torso.wall.shape[1] // 2]
+    front, tendon = torso.rows[0][6][-1], torso.diaphragm[0, -1]
+    for what, point, axis, target in (
+        ("rib 9 at the side, outwards", lower, 1, "out"),
+        ("rib 9 at the side, up", lower, 2, "up"),
+        ("sternum at rib 3, forwards", last, 0, "hardly"),
+        ("sternum at rib 7, forwards", front, 0, "hardly"),
+        ("belly at the middle, forwards", navel, 0, "out"),
+        ("central tendon, up", tendon, 2, "down"),
+    ):
+        rows.append(("d", f"diaphragm 0.1, airway open: {what}", float(move[point, axis]), "mm",
+                     target, "DESIGN section 4"))  # fmt: skip
+    gain = (during.lung - before.lung) / LITRE
+    rows.append(("d", "diaphragm 0.1, airway open: lung volume", gain, "L", "", ""))
+    return rows
+
+
+STEPS = {"a": step_a, "b": step_b, "c": step_c, "d": step_d}
+
+
+def main() -> None:
+    """Run the steps asked for, all unless named."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--steps", default="abcd", help="letters of the steps to run")
+    parser.add_argument("--out", type=Path, default=OUT, help="folder to write to")
+    options = parser.parse_args()
+    mpl.use("svg")
+    mpl.rcParams["svg.hashsalt"] = "calibration"
+    resting = rest_torso(MAN)
+    options.out.mkdir(parents=True, exist_ok=True)
+    rows: list[Row] = []
+    for letter in options.steps:
+        figure, axes = plt.subplots(figsize=(5.0, 3.6), layout="constrained")
+        rows += STEPS[letter](resting, axes)
+        figure.savefig(options.out / f"calibration_{letter}.svg", metadata={"Date": None})
+        plt.close(figure)
+    with (options.out / "calibration.csv").open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(["step", "quantity", "value", "unit", "target", "source"])
+        table.writerows((*row[:2], f"{row[2]:.3g}", *row[3:]) for row in rows)
+    for row in rows:
+        print(f"({row[0]}) {row[1]}: {row[2]:.3g} {row[3]}; target {row[4]} [{row[5]}]")
+
+
+if __name__ == "__main__":
+    main()
