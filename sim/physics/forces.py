@@ -107,35 +107,42 @@ def add_muscles(
 
 
 @compiled
-def muscle_stiffness(
-    e: int,
+def muscle_masses(
     step: float,
     muscles: Muscles,
     constants: Constants,
     activation: Floats,
     length: Floats,
-    span_ratio: float,
-) -> float:
-    """Bound on h K + h^2 D of an element along its line, as an added mass, kg.
+    span: Floats,
+    out: Floats,
+) -> None:
+    """Bound on h^2 K + h D of every element along its line, as an added mass, kg.
 
     The active part of a chain couples all its elements; n times the fibre's own slope on each
     element bounds that coupling from above, and equals it when the fibre shortens evenly.
+
+    Parameters
+    ----------
+    span : (n_chains,), length of each fibre, m
+    out : (n_elements,), written
     """
-    level = activation[muscles.group[e]] * muscles.share[e]
-    rest = muscles.rest[e]
-    if constants.law != HILL:
-        k = level * muscles.f_max[e] + muscles.k_pe[e]
-        return float(step * step * k + step * muscles.b_pe[e])
-    ratio = length[e] / rest
-    k = muscles.k_pe[e] * passive_shape(ratio)[1] / rest
-    d = muscles.b_pe[e] / rest
-    chain = muscles.chain[e]
-    force = level * muscles.f_max[e] * muscles.chain_count[chain] / muscles.chain_rest[chain]
-    slope = -2.0 * (span_ratio - 1.0) / constants.width**2
-    k += force * max(0.0, slope)
     steepest = (1.0 + constants.curvature) / constants.curvature
-    d += force * force_length(span_ratio, constants.width) * steepest / muscles.chain_v_max[chain]
-    return float(step * step * k + step * d)
+    for e in range(out.shape[0]):
+        level = activation[muscles.group[e]] * muscles.share[e]
+        rest = muscles.rest[e]
+        if constants.law != HILL:
+            k = level * muscles.f_max[e] + muscles.k_pe[e]
+            out[e] = step * step * k + step * muscles.b_pe[e]
+            continue
+        chain = muscles.chain[e]
+        ratio = span[chain] / muscles.chain_rest[chain]
+        k = muscles.k_pe[e] * passive_shape(length[e] / rest)[1] / rest
+        d = muscles.b_pe[e] / rest
+        force = level * muscles.f_max[e] * muscles.chain_count[chain] / muscles.chain_rest[chain]
+        k += force * max(0.0, -2.0 * (ratio - 1.0) / constants.width**2)
+        speed = muscles.chain_v_max[chain]
+        d += force * force_length(ratio, constants.width) * steepest / speed
+        out[e] = step * step * k + step * d
 
 
 @compiled

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from sim.physics.compiled import compiled
-from sim.physics.plant import Joints, Plant, Tree
+from sim.physics.plant import Joints, Plant
 from sim.physics.types import Floats, Ints
 
 
@@ -135,8 +135,9 @@ def add_joints(joints: Joints, qpos: Floats, qvel: Floats, tau: Floats) -> None:
 
 @compiled
 def add_point_row(
-    tree: Tree,
-    body: int,
+    root: int,
+    last: int,
+    dof_parent: Ints,
     x: Floats,
     direction: Floats,
     scale: float,
@@ -148,28 +149,32 @@ def add_point_row(
 ) -> int:
     """Add `scale` times the generalised force of a unit force on a point to a sparse row.
 
+    Takes plain arrays: a call that passes the whole plant counts a reference for each of its
+    arrays, which costs more than the work.
+
     Parameters
     ----------
+    root, last : root of the body's tree and last degree of freedom that moves it
+    x, direction : (3,)
     row : (n_dof,), dense row; entries listed in `touched[:count]` may be nonzero
 
     Returns
     -------
     the new count
     """
-    o = centre[tree.body_root[body]]
-    rx, ry, rz = x[0] - o[0], x[1] - o[1], x[2] - o[2]
+    rx, ry, rz = x[0] - centre[root, 0], x[1] - centre[root, 1], x[2] - centre[root, 2]
     dx, dy, dz = scale * direction[0], scale * direction[1], scale * direction[2]
     tx, ty, tz = ry * dz - rz * dy, rz * dx - rx * dz, rx * dy - ry * dx
-    i = tree.body_last_dof[body]
+    i = last
     while i >= 0:
-        s = motion[i]
-        value = s[0] * tx + s[1] * ty + s[2] * tz + s[3] * dx + s[4] * dy + s[5] * dz
+        value = motion[i, 0] * tx + motion[i, 1] * ty + motion[i, 2] * tz
+        value += motion[i, 3] * dx + motion[i, 4] * dy + motion[i, 5] * dz
         if row[i] == 0.0:
             touched[count] = i
             count += 1
             row[i] = 1e-300
         row[i] += value
-        i = tree.dof_parent[i]
+        i = dof_parent[i]
     return count
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from sim.physics.blocks import factorise, solve
 from sim.physics.compiled import compiled
-from sim.physics.forces import EDGE, cross_sheet, muscle_stiffness
+from sim.physics.forces import EDGE, cross_sheet, muscle_masses
 from sim.physics.plant import Plant
 from sim.physics.rigid import add_outer, add_point_row, project
 from sim.physics.surface import add_pressure
@@ -100,67 +100,94 @@ def make_work(plant: Plant) -> Work:
 
 
 @compiled
-def _thread(
-    plant: Plant,
-    work: Work,
-    a: int,
-    b: int,
-    slot: int,
-    along: float,
-    across: float,
-    centre: Floats,
-    motion: Floats,
-    matrix: Floats,
-) -> None:
-    """Add one thread: `along` its line and `across` it, both as added mass, kg."""
-    bound = plant.point_body.shape[0]
-    x, d = work.x, np.empty(3)
-    length = 0.0
+def _soft_thread(
+    x: Floats, a: int, b: int, bound: int, along: float, across: float, diagonal: Floats,
+    off: Floats, slot: int,
+) -> None:  # fmt: skip
+    """Add a thread to the blocks of its particles; twice if its other end is on a body."""
+    both = a >= bound and b >= bound
+    dx, dy, dz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+    length = max((dx * dx + dy * dy + dz * dz) ** 0.5, 1e-6)
+    d = (dx / length, dy / length, dz / length)
+    scale = 1.0 if both else 2.0
+    for r in range(3):
+        for c in range(3):
+            k = scale * ((along - across) * d[r] * d[c] + (across if r == c else 0.0))
+            if a >= bound:
+                diagonal[a - bound, r, c] += k
+            if b >= bound:
+                diagonal[b - bound, r, c] += k
+            if both:
+                off[slot, r, c] -= k
+
+
+@compiled
+def _axes(x: Floats, a: int, b: int, out: Floats) -> None:
+    """Rows: the line from a to b and two directions across it."""
+    size = 0.0
     for c in range(3):
-        d[c] = x[b, c] - x[a, c]
-        length += d[c] * d[c]
-    length = max(length**0.5, 1e-6)
+        out[0, c] = x[b, c] - x[a, c]
+        size += out[0, c] ** 2
+    if size < 1e-18:
+        out[0, 0], out[0, 1], out[0, 2], size = 1.0, 0.0, 0.0, 1.0
+    low = 0
     for c in range(3):
-        d[c] /= length
-    if a >= bound or b >= bound:
-        both = a >= bound and b >= bound
-        scale = 1.0 if both else 2.0
-        for r in range(3):
-            for c in range(3):
-                k = scale * ((along - across) * d[r] * d[c] + (across if r == c else 0.0))
-                if a >= bound:
-                    work.diagonal[a - bound, r, c] += k
-                if b >= bound:
-                    work.diagonal[b - bound, r, c] += k
-                if both:
-                    work.off[slot, r, c] -= k
-        if both:
-            return
-        end = b if a >= bound else a
-        count = add_point_row(
-            plant.tree, plant.point_body[end], x[end], d, 1.0, centre, motion,
-            work.row, work.touched, 0,
-        )  # fmt: skip
-        add_outer(work.row, work.touched, count, 2.0 * along, matrix)
-        return
-    axes = 1 if across == 0.0 else 3
-    u = d.copy()
-    for k in range(axes):
-        if k == 1:
-            low = int(np.argmin(np.abs(d)))
-            e = np.zeros(3)
-            e[low] = 1.0
-            u = np.cross(d, e)
-            u /= np.sqrt((u * u).sum())
-        elif k == 2:
-            u = np.cross(d, u)
-        count = 0
-        for end, sign in ((a, 1.0), (b, -1.0)):
-            count = add_point_row(
-                plant.tree, plant.point_body[end], x[end], u, sign, centre, motion,
-                work.row, work.touched, count,
-            )  # fmt: skip
-        add_outer(work.row, work.touched, count, along if k == 0 else across, matrix)
+        out[0, c] /= size**0.5
+        if abs(out[0, c]) < abs(out[0, low]):
+            low = c
+    size = 0.0
+    for c in range(3):
+        out[1, c] = (1.0 if c == low else 0.0) - out[0, low] * out[0, c]
+        size += out[1, c] ** 2
+    for c in range(3):
+        out[1, c] /= size**0.5
+    out[2, 0] = out[0, 1] * out[1, 2] - out[0, 2] * out[1, 1]
+    out[2, 1] = out[0, 2] * out[1, 0] - out[0, 0] * out[1, 2]
+    out[2, 2] = out[0, 0] * out[1, 1] - out[0, 1] * out[1, 0]
+
+
+@compiled
+def _add_list(
+    plant: Plant, work: Work, a: Ints, b: Ints, slot: Ints, along: Floats, across: Floats,
+    centre: Floats, motion: Floats,
+) -> None:  # fmt: skip
+    """Add threads to the matrix.
+
+    Parameters
+    ----------
+    a, b, slot : (n,), ends and matrix block
+    along, across : (n,), kg; `across` is the tension's share against turning
+    """
+    tree = plant.tree
+    x, diagonal, off, matrix = work.x, work.diagonal, work.off, work.rigid
+    row, touched, point_body = work.row, work.touched, plant.point_body
+    root, last, parent = tree.body_root, tree.body_last_dof, tree.dof_parent
+    bound = point_body.shape[0]
+    axes = np.empty((3, 3))
+    for e in range(a.shape[0]):
+        i, j = a[e], b[e]
+        if i >= bound or j >= bound:
+            _soft_thread(x, i, j, bound, along[e], across[e], diagonal, off, slot[e])
+            if i >= bound and j >= bound:
+                continue
+        _axes(x, i, j, axes)
+        one = i >= bound or j >= bound
+        for k in range(1 if one else 3):
+            mass = along[e] if k == 0 else across[e]
+            if mass == 0.0:
+                continue
+            count = 0
+            for end in range(2):
+                p = i if end == 0 else j
+                if p >= bound:
+                    continue
+                body = point_body[p]
+                sign = 1.0 if end == 0 else -1.0
+                count = add_point_row(
+                    root[body], last[body], parent, x[p], axes[k], sign, centre, motion,
+                    row, touched, count,
+                )  # fmt: skip
+            add_outer(row, touched, count, 2.0 * mass if one else mass, matrix)
 
 
 @compiled
@@ -171,42 +198,29 @@ def _add_threads(
     work.span[:] = 0.0
     for e in range(muscles.a.shape[0]):
         work.span[muscles.chain[e]] += work.length[e]
-    for e in range(muscles.a.shape[0]):
-        chain = muscles.chain[e]
-        ratio = work.span[chain] / muscles.chain_rest[chain]
-        along = muscle_stiffness(e, step, muscles, plant.constants, activation, work.length, ratio)
-        across = step * step * work.tension[e] / work.length[e]
-        _thread(
-            plant, work, muscles.a[e], muscles.b[e], muscles.slot[e], along, across,
-            centre, motion, work.rigid,
-        )  # fmt: skip
-    for e in range(tissue.a.shape[0]):
-        along = step * step * tissue.stiffness[e] + step * tissue.damping[e]
-        across = step * step * work.pull[e] / tissue.rest[e]
-        _thread(
-            plant, work, tissue.a[e], tissue.b[e], tissue.slot[e], along, across,
-            centre, motion, work.rigid,
-        )  # fmt: skip
-    axis = np.zeros(3)
-    for e in range(links.a.shape[0]):
-        stiffest = max(links.along[e], links.across[e])
-        mass = step * step * stiffest + step * links.damping[e]
-        for c in range(3):
-            axis[:] = 0.0
-            axis[c] = 1.0
-            count = 0
-            for end, sign in ((links.a[e], 1.0), (links.b[e], -1.0)):
-                count = add_point_row(
-                    plant.tree, plant.point_body[end], work.x[end], axis, sign, centre, motion,
-                    work.row, work.touched, count,
-                )  # fmt: skip
-            add_outer(work.row, work.touched, count, mass, work.rigid)
+    square = step * step
+    along = np.empty(muscles.a.shape[0])
+    muscle_masses(step, muscles, plant.constants, activation, work.length, work.span, along)
+    _add_list(
+        plant, work, muscles.a, muscles.b, muscles.slot, along,
+        square * work.tension / work.length, centre, motion,
+    )  # fmt: skip
+    _add_list(
+        plant, work, tissue.a, tissue.b, tissue.slot,
+        square * tissue.stiffness + step * tissue.damping,
+        square * work.pull / tissue.rest, centre, motion,
+    )  # fmt: skip
+    # A link holds in every direction: its stiffest for all three bounds it from above.
+    stiffest = square * np.maximum(links.along, links.across) + step * links.damping
+    _add_list(
+        plant, work, links.a, links.b, np.zeros_like(links.a), stiffest, stiffest, centre, motion
+    )
 
 
 @compiled
 def _add_contacts(plant: Plant, work: Work, step: float, centre: Floats, motion: Floats) -> None:
     """Contact in every direction of the particle: it may pass to another face at any step."""
-    contacts, constants = plant.contacts, plant.constants
+    contacts, constants, tree = plant.contacts, plant.constants, plant.tree
     bound = plant.point_body.shape[0]
     weight, normal = np.empty(3), np.empty(3)
     mass = 2.0 * (step * step * constants.contact_stiffness + step * constants.contact_damping)
@@ -219,9 +233,10 @@ def _add_contacts(plant: Plant, work: Work, step: float, centre: Floats, motion:
             work.diagonal[p - bound, c, c] += mass
         count = 0
         for k in range(3):
+            body = plant.point_body[face[k]]
             count = add_point_row(
-                plant.tree, plant.point_body[face[k]], work.x[face[k]], normal, weight[k],
-                centre, motion, work.row, work.touched, count,
+                tree.body_root[body], tree.body_last_dof[body], tree.dof_parent,
+                work.x[face[k]], normal, weight[k], centre, motion, work.row, work.touched, count,
             )  # fmt: skip
         add_outer(work.row, work.touched, count, mass, work.rigid)
 
