@@ -15,6 +15,7 @@ import matplotlib as mpl
 import numpy as np
 from calibration_steps import (
     CMH2O,
+    Bench,
     Point,
     belly_inflation,
     diaphragm_alone,
@@ -116,7 +117,7 @@ def step_c(resting: RestingTorso, axes: Axes) -> list[Row]:
             target = targets[posture, part]
             rows.append(("c", f"{name} compliance, {posture}", c, "L/cmH2O", target, ESTENNE))
         if posture == "supine":
-            fall = start.lung / LITRE - frc(resting)
+            fall = Bench(resting, posture).go(0.5).lung / LITRE - frc(resting)
             rows.append(("c", "FRC, supine less upright", fall, "L", "-0.5 to -1.1",
                          "Agostoni & Hyatt 1986"))  # fmt: skip
         else:
