@@ -18,7 +18,7 @@ from sim.tables import read_rows
 
 BREATH_STEP = 0.002
 """s; halving it changes the tidal volume of a breath by less than 1 % (docs/calibration.md)."""
-REFRESH = 50
+REFRESH = 150
 """Steps for which a factorisation serves."""
 SPEED_LIMIT = 20.0
 LEVELS = ("external_intercostals", "diaphragm", "internal_intercostals", "abdomen")

@@ -165,10 +165,10 @@ def _neighbours(faces: Ints) -> Ints:
 
 def _contacts(x: Floats, dome: Ints, sheet: Ints, axis: float) -> Contacts:
     weight, normal = np.zeros(3), np.zeros(3)
-    start = [
-        int(np.argmax([cross_sheet(x, face, p, axis, weight, normal)[1] for face in sheet]))
-        for p in dome
-    ]
+    start = []
+    for p in dome:
+        inside = [cross_sheet(x, sheet, g, p, axis, weight, normal)[1] for g in range(len(sheet))]
+        start.append(int(np.argmax(inside)))
     return Contacts(
         point=dome,
         face=sheet,

@@ -176,27 +176,24 @@ def solve(pattern: Pattern, lower: Floats, inverse: Floats, rhs: Floats, work: F
     for k in range(n):
         i = pattern.order[k]
         work[k, 0], work[k, 1], work[k, 2] = rhs[i, 0], rhs[i, 1], rhs[i, 2]
+    column, row = pattern.column, pattern.row
     for k in range(n):
         a, b, c = work[k, 0], work[k, 1], work[k, 2]
-        for p in range(pattern.column[k], pattern.column[k + 1]):
-            j = pattern.row[p]
-            m = lower[p]
-            work[j, 0] -= m[0, 0] * a + m[0, 1] * b + m[0, 2] * c
-            work[j, 1] -= m[1, 0] * a + m[1, 1] * b + m[1, 2] * c
-            work[j, 2] -= m[2, 0] * a + m[2, 1] * b + m[2, 2] * c
+        for p in range(column[k], column[k + 1]):
+            j = row[p]
+            for r in range(3):
+                work[j, r] -= lower[p, r, 0] * a + lower[p, r, 1] * b + lower[p, r, 2] * c
     for k in range(n - 1, -1, -1):
-        m = inverse[k]
         a, b, c = work[k, 0], work[k, 1], work[k, 2]
-        x = m[0, 0] * a + m[0, 1] * b + m[0, 2] * c
-        y = m[1, 0] * a + m[1, 1] * b + m[1, 2] * c
-        z = m[2, 0] * a + m[2, 1] * b + m[2, 2] * c
-        for p in range(pattern.column[k], pattern.column[k + 1]):
-            j = pattern.row[p]
-            m = lower[p]
+        x = inverse[k, 0, 0] * a + inverse[k, 0, 1] * b + inverse[k, 0, 2] * c
+        y = inverse[k, 1, 0] * a + inverse[k, 1, 1] * b + inverse[k, 1, 2] * c
+        z = inverse[k, 2, 0] * a + inverse[k, 2, 1] * b + inverse[k, 2, 2] * c
+        for p in range(column[k], column[k + 1]):
+            j = row[p]
             a, b, c = work[j, 0], work[j, 1], work[j, 2]
-            x -= m[0, 0] * a + m[1, 0] * b + m[2, 0] * c
-            y -= m[0, 1] * a + m[1, 1] * b + m[2, 1] * c
-            z -= m[0, 2] * a + m[1, 2] * b + m[2, 2] * c
+            x -= lower[p, 0, 0] * a + lower[p, 1, 0] * b + lower[p, 2, 0] * c
+            y -= lower[p, 0, 1] * a + lower[p, 1, 1] * b + lower[p, 2, 1] * c
+            z -= lower[p, 0, 2] * a + lower[p, 1, 2] * b + lower[p, 2, 2] * c
         work[k, 0], work[k, 1], work[k, 2] = x, y, z
     for k in range(n):
         i = pattern.order[k]

@@ -12,4 +12,4 @@ Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 def compiled(function: Kernel) -> Kernel:
     """Compile `function` with numba; other kernels and Python may call it alike."""
-    return cast(Kernel, njit(cache=True, nogil=True)(function))
+    return cast(Kernel, njit(cache=True, nogil=True, error_model="numpy")(function))

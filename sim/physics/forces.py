@@ -192,7 +192,7 @@ def add_links(
 
 @compiled
 def cross_sheet(
-    x: Floats, face: Ints, p: int, axis: float, weight: Floats, normal: Floats
+    x: Floats, faces: Ints, g: int, p: int, axis: float, weight: Floats, normal: Floats
 ) -> tuple[float, float]:
     """Where the horizontal ray from the torso's axis through point `p` crosses a face.
 
@@ -201,6 +201,7 @@ def cross_sheet(
 
     Parameters
     ----------
+    faces, g : faces of the sheet and the one looked at
     axis : m, X of the vertical axis
     weight : (3,), barycentric weights of the crossing, written
     normal : (3,), unit normal of the face, into the chest, written
@@ -209,18 +210,18 @@ def cross_sheet(
     -------
     gap along the normal, m, positive inside the chest; least weight (negative outside the face)
     """
-    a, b, c = x[face[0]], x[face[1]], x[face[2]]
+    i, j, k = faces[g, 0], faces[g, 1], faces[g, 2]
     forward = x[p, 0] - axis
     radius = max(math.sqrt(forward**2 + x[p, 1] ** 2), 1e-6)
     dx, dy = forward / radius, x[p, 1] / radius
-    ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    wx, wy, wz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    ux, uy, uz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
+    wx, wy, wz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
     nx, ny, nz = wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux
     size = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
     slope = (nx * dx + ny * dy) / size
     if slope > -0.05:
         return 1.0, -1e9
-    ox, oy, oz = axis - a[0], -a[1], x[p, 2] - a[2]
+    ox, oy, oz = axis - x[i, 0], -x[i, 1], x[p, 2] - x[i, 2]
     reach = -(nx * ox + ny * oy + nz * oz) / (nx * dx + ny * dy)
     qx, qy, qz = ox + reach * dx, oy + reach * dy, oz
     s = (nx * (qz * wy - qy * wz) + ny * (qx * wz - qz * wx) + nz * (qy * wx - qx * wy)) / size**2
@@ -241,14 +242,14 @@ def follow_sheet(x: Floats, contacts: Contacts, held: Ints) -> None:
     weight, normal = x[0].copy(), x[0].copy()
     for i in range(contacts.point.shape[0]):
         p = contacts.point[i]
-        _, best = cross_sheet(x, contacts.face[held[i]], p, contacts.axis, weight, normal)
+        _, best = cross_sheet(x, contacts.face, held[i], p, contacts.axis, weight, normal)
         moved = best < 0.0
         while moved:
             moved = False
             for g in contacts.neighbour[held[i]]:
                 if g < 0:
                     break
-                _, inside = cross_sheet(x, contacts.face[g], p, contacts.axis, weight, normal)
+                _, inside = cross_sheet(x, contacts.face, g, p, contacts.axis, weight, normal)
                 if inside > best + 1e-9:
                     best, held[i], moved = inside, g, True
 
@@ -274,7 +275,7 @@ def add_contacts(
     for i in range(contacts.point.shape[0]):
         p = contacts.point[i]
         face = contacts.face[held[i]]
-        gap[i], inside = cross_sheet(x, face, p, contacts.axis, weight, normal)
+        gap[i], inside = cross_sheet(x, contacts.face, held[i], p, contacts.axis, weight, normal)
         if inside < -EDGE:
             gap[i] = 1.0
         depth = min(constants.contact_gap - gap[i], 3.0 * constants.contact_gap)

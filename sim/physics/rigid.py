@@ -20,11 +20,13 @@ def place_points(plant: Plant, position: Floats, rotation: Floats, x: Floats) ->
     position, rotation : (n_bodies, 3) and (n_bodies, 9), body to world
     x : (n_points, 3), m; only the bound points are written
     """
-    for p in range(plant.point_body.shape[0]):
-        b = plant.point_body[p]
-        r, q, o = rotation[b], plant.point_local[p], position[b]
+    body, local = plant.point_body, plant.point_local
+    for p in range(body.shape[0]):
+        b = body[p]
+        qx, qy, qz = local[p, 0], local[p, 1], local[p, 2]
         for c in range(3):
-            x[p, c] = o[c] + r[3 * c] * q[0] + r[3 * c + 1] * q[1] + r[3 * c + 2] * q[2]
+            turned = rotation[b, 3 * c] * qx + rotation[b, 3 * c + 1] * qy
+            x[p, c] = position[b, c] + turned + rotation[b, 3 * c + 2] * qz
 
 
 @compiled
@@ -36,13 +38,15 @@ def move_points(plant: Plant, x: Floats, spatial: Floats, centre: Floats, v: Flo
     spatial : (n_bodies, 6), angular and linear velocity at the tree's centre of mass
     centre : (n_bodies, 3), centre of mass of each subtree
     """
-    for p in range(plant.point_body.shape[0]):
-        b = plant.point_body[p]
-        s, o = spatial[b], centre[plant.tree.body_root[b]]
-        rx, ry, rz = x[p, 0] - o[0], x[p, 1] - o[1], x[p, 2] - o[2]
-        v[p, 0] = s[3] + s[1] * rz - s[2] * ry
-        v[p, 1] = s[4] + s[2] * rx - s[0] * rz
-        v[p, 2] = s[5] + s[0] * ry - s[1] * rx
+    body, root = plant.point_body, plant.tree.body_root
+    for p in range(body.shape[0]):
+        b = body[p]
+        o = root[b]
+        rx, ry, rz = x[p, 0] - centre[o, 0], x[p, 1] - centre[o, 1], x[p, 2] - centre[o, 2]
+        wx, wy, wz = spatial[b, 0], spatial[b, 1], spatial[b, 2]
+        v[p, 0] = spatial[b, 3] + wy * rz - wz * ry
+        v[p, 1] = spatial[b, 4] + wz * rx - wx * rz
+        v[p, 2] = spatial[b, 5] + wx * ry - wy * rx
 
 
 @compiled
@@ -58,30 +62,31 @@ def project(
     wrench : (n_bodies, 6), scratch
     out : (n_dof,), written
     """
-    tree = plant.tree
+    tree, body, root = plant.tree, plant.point_body, plant.tree.body_root
     wrench[:] = 0.0
-    for p in range(plant.point_body.shape[0]):
+    for p in range(body.shape[0]):
         fx, fy, fz = f[p, 0], f[p, 1], f[p, 2]
         if fx == 0.0 and fy == 0.0 and fz == 0.0:
             continue
-        b = plant.point_body[p]
-        o = centre[tree.body_root[b]]
-        rx, ry, rz = x[p, 0] - o[0], x[p, 1] - o[1], x[p, 2] - o[2]
-        w = wrench[b]
-        w[0] += ry * fz - rz * fy
-        w[1] += rz * fx - rx * fz
-        w[2] += rx * fy - ry * fx
-        w[3] += fx
-        w[4] += fy
-        w[5] += fz
+        b = body[p]
+        o = root[b]
+        rx, ry, rz = x[p, 0] - centre[o, 0], x[p, 1] - centre[o, 1], x[p, 2] - centre[o, 2]
+        wrench[b, 0] += ry * fz - rz * fy
+        wrench[b, 1] += rz * fx - rx * fz
+        wrench[b, 2] += rx * fy - ry * fx
+        wrench[b, 3] += fx
+        wrench[b, 4] += fy
+        wrench[b, 5] += fz
     for b in range(wrench.shape[0] - 1, 0, -1):
         parent = tree.body_parent[b]
         if parent > 0:
             for c in range(6):
                 wrench[parent, c] += wrench[b, c]
     for i in range(out.shape[0]):
-        w, s = wrench[tree.dof_body[i]], motion[i]
-        out[i] = s[0] * w[0] + s[1] * w[1] + s[2] * w[2] + s[3] * w[3] + s[4] * w[4] + s[5] * w[5]
+        b = tree.dof_body[i]
+        out[i] = 0.0
+        for c in range(6):
+            out[i] += motion[i, c] * wrench[b, c]
 
 
 @compiled

@@ -19,13 +19,13 @@ def enclosed_volume(x: Floats, faces: Ints) -> float:
     -------
     m^3
     """
-    total = 0.0
-    o = x[faces[0, 0]]
+    total, first = 0.0, faces[0, 0]
+    ox, oy, oz = x[first, 0], x[first, 1], x[first, 2]
     for f in range(faces.shape[0]):
-        a, b, c = x[faces[f, 0]], x[faces[f, 1]], x[faces[f, 2]]
-        ax, ay, az = a[0] - o[0], a[1] - o[1], a[2] - o[2]
-        bx, by, bz = b[0] - o[0], b[1] - o[1], b[2] - o[2]
-        cx, cy, cz = c[0] - o[0], c[1] - o[1], c[2] - o[2]
+        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        ax, ay, az = x[i, 0] - ox, x[i, 1] - oy, x[i, 2] - oz
+        bx, by, bz = x[j, 0] - ox, x[j, 1] - oy, x[j, 2] - oz
+        cx, cy, cz = x[k, 0] - ox, x[k, 1] - oy, x[k, 2] - oz
         total += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
     return total / 6.0
 

@@ -226,7 +226,9 @@ def _add_contacts(plant: Plant, work: Work, step: float, centre: Floats, motion:
     mass = 2.0 * (step * step * constants.contact_stiffness + step * constants.contact_damping)
     for i in range(contacts.point.shape[0]):
         p, face = contacts.point[i], contacts.face[work.held[i]]
-        gap, inside = cross_sheet(work.x, face, p, contacts.axis, weight, normal)
+        gap, inside = cross_sheet(
+            work.x, contacts.face, work.held[i], p, contacts.axis, weight, normal
+        )
         if inside < -EDGE or gap > NEAR:
             continue
         for c in range(3):

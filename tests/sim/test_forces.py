@@ -62,7 +62,7 @@ def test_gap_is_positive_inside_and_negative_outside(inside: float) -> None:
     x[-1] = [(flat - inside) * np.cos(middle), (flat - inside) * np.sin(middle), 0.02]
     weight, normal = np.zeros(3), np.zeros(3)
     face = contacts.face[held_by(x, contacts)[0]]
-    gap, least = cross_sheet(x, face, len(x) - 1, 0.0, weight, normal)
+    gap, least = cross_sheet(x, face[None], 0, len(x) - 1, 0.0, weight, normal)
     assert gap == pytest.approx(inside, abs=1e-12)
     assert least >= 0.0
     assert weight.sum() == pytest.approx(1.0)
@@ -87,7 +87,7 @@ def test_walk_ends_on_the_face_that_the_ray_crosses(
     contacts = contacts._replace(start=np.array([start], dtype=np.int64))
     weight, normal = np.zeros(3), np.zeros(3)
     face = contacts.face[held_by(x, contacts)[0]]
-    assert cross_sheet(x, face, len(x) - 1, 0.0, weight, normal)[1] >= -1e-9
+    assert cross_sheet(x, face[None], 0, len(x) - 1, 0.0, weight, normal)[1] >= -1e-9
 
 
 def test_gap_has_no_jump_from_face_to_face() -> None:
@@ -97,7 +97,7 @@ def test_gap_has_no_jump_from_face_to_face() -> None:
     for angle in np.linspace(0.0, 2.0 * np.pi, 721):
         x[-1] = [0.09 * np.cos(angle), 0.09 * np.sin(angle), 0.06]
         follow_sheet(x, contacts, held)
-        gaps.append(cross_sheet(x, contacts.face[held[0]], len(x) - 1, 0.0, weight, normal)[0])
+        gaps.append(cross_sheet(x, contacts.face, held[0], len(x) - 1, 0.0, weight, normal)[0])
     # along an arc of half a degree the gap to a face of a cylinder changes by 0.2 mm at most
     assert np.abs(np.diff(gaps)).max() < 0.0003
 
