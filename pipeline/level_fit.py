@@ -97,5 +97,5 @@ def fit_levels(
             f"{recording.name}: fit: not one of {settings.n_initial} runs of the torso succeeded. "
             "Check the subject's size and the timing of the signature, or lower fit.upper_level."
         )
-    stop = search(trials, n_evaluations, seed).stop if n_evaluations else Stop.NO_SEARCH
+    stop = search(trials, n_evaluations, seed) if n_evaluations else Stop.NO_SEARCH
     return LevelFit(registration=registration, trials=trials, stop=stop)

@@ -69,7 +69,7 @@ class FitSettings:
     velocity_weight_s : s, weight of error_v beside error_p; 0 leaves it out
     velocity_window_s : s over which a velocity is taken, for model and recording alike
     frame_rate_hz : frames of the model's breath
-    n_initial, n_starts, n_evaluations : runs before the search, its starts, its runs in total
+    n_initial, n_starts, n_evaluations : runs before the search, starts of nlopt, runs in total
     level_tolerance : the search stops at steps this small
     upper_level : largest maximum activation allowed
     failed_penalty : cost of a failed run, in errors of not moving

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pipeline.cost import mean_distance, velocity, without_offset
 from pipeline.emulator import MIN_RUNS, Emulator, build_emulator, predict
 from pipeline.model import Simulator
-from pipeline.optimise import Search, minimise, sobol_points
+from pipeline.optimise import Stop, minimise, sobol_points
 from pipeline.registration import Registration, as_recorded
 from pipeline.scoring import Breath
 from pipeline.settings import FitSettings
@@ -18,9 +18,13 @@ Floats = NDArray[np.float64]
 N_GROUPS = 4
 N_CANDIDATES = 2048
 EMULATED_EVALUATIONS = 300
-STEP_AT_EMULATED = 0.03
+EMULATED_STEP = 0.03
+STEP_AT_EMULATED = 0.01
 STEP_ELSEWHERE = 0.1
 """First step of a search in a level: short where the emulator points, longer elsewhere."""
+ROUND_RUNS = 4
+ROUND_REACH = 0.02
+"""Runs in a round of the search, and how far about the emulator's best they lie."""
 
 
 class MarkerCost:
@@ -178,7 +182,7 @@ def emulated_best(
         lower=np.zeros(N_GROUPS),
         upper=upper,
         starts=start[None],
-        step=np.array([STEP_AT_EMULATED]),
+        step=np.array([EMULATED_STEP]),
         algorithm="bobyqa",
         max_evaluations=EMULATED_EVALUATIONS,
         tolerance=1e-4,
@@ -188,26 +192,49 @@ def emulated_best(
     return found.best, found.cost
 
 
-def search(trials: Trials, n_evaluations: int, seed: int) -> Search:
-    """Search with real runs: from the emulator's best and from the best runs so far."""
-    settings = trials.settings
+def _emulated_rounds(trials: Trials, n_runs: int, seed: int) -> None:
+    """Run the emulator's best and a few levels about it, learn from them, and look again."""
+    cost = trials.marker_cost()
+    while n_runs > 0:
+        size = min(ROUND_RUNS, n_runs)
+        suggested, _ = emulated_best(trials.emulator(), cost, trials.upper, seed)
+        reach = np.full(N_GROUPS, ROUND_REACH)
+        about = suggested + sobol_points(size - 1, -reach, reach, seed + n_runs)
+        trials.run(np.clip(np.vstack([suggested, about]), 0, trials.upper))
+        n_runs -= size
+
+
+def search(trials: Trials, n_evaluations: int, seed: int) -> Stop:
+    """Search with real runs: rounds of the emulator's best, then nlopt from where they end.
+
+    Parameters
+    ----------
+    n_evaluations : real runs in all, half of them for the rounds
+    """
+    settings, first = trials.settings, STEP_ELSEWHERE
     order = np.argsort(np.where(trials.good, trials.cost, np.inf))
     starts = trials.levels[order[: settings.n_starts]]
-    step = np.full(len(starts), STEP_ELSEWHERE)
     if trials.enough:
-        cost = trials.marker_cost()
-        suggested, _ = emulated_best(trials.emulator(), cost, trials.upper, seed)
-        starts = np.vstack([suggested, starts[:-1]])
-        step[0] = STEP_AT_EMULATED
+        n_rounds = min(max(n_evaluations // 2, ROUND_RUNS), n_evaluations)
+        _emulated_rounds(trials, n_rounds, seed)
+        n_evaluations -= n_rounds
+        if n_evaluations == 0:
+            return Stop.BUDGET
+        suggested, _ = emulated_best(trials.emulator(), trials.marker_cost(), trials.upper, seed)
+        order = np.argsort(np.where(trials.good, trials.cost, np.inf))
+        starts = np.vstack([suggested, trials.levels[order[: settings.n_starts - 1]]])
+        first = STEP_AT_EMULATED
+        # BOBYQA moves a start that is nearer than a step to a bound: to the bound where it is near
+        starts = np.where(starts < first / 2, 0.0, starts)
     return minimise(
         trials.run,
         lower=np.zeros(N_GROUPS),
         upper=trials.upper,
         starts=starts,
-        step=step,
+        step=np.full(len(starts), first),
         algorithm=settings.algorithm,
         max_evaluations=n_evaluations,
         tolerance=settings.level_tolerance,
         penalty=settings.failed_penalty * max(trials.still_cost(), settings.surface_sd_m),
         seed=seed,
-    )
+    ).stop
