@@ -184,9 +184,10 @@ def test_sparse_rows_agree_with_the_projection(resting: RestingTorso) -> None:
         force, tau = np.zeros_like(work.f), np.zeros(nv)
         force[p] = 2.0 * direction
         project(torso.plant, work.x, force, bones.centre, bones.motion, work.wrench, tau)
+        body = int(torso.plant.point_body[p])
         count = add_point_row(
-            tree, int(torso.plant.point_body[p]), work.x[p], direction, 2.0,
-            bones.centre, bones.motion, row, touched, 0,
+            int(tree.body_root[body]), int(tree.body_last_dof[body]), tree.dof_parent,
+            work.x[p], direction, 2.0, bones.centre, bones.motion, row, touched, 0,
         )  # fmt: skip
         np.testing.assert_allclose(row, tau, rtol=0.0, atol=1e-12)
         matrix = np.zeros((nv, nv))
