@@ -128,15 +128,15 @@ def fit_draw(
     return trials
 
 
-def laplace_correlation(emulator: Emulator, levels: Floats, chosen: NDArray[np.int64]) -> Floats:
-    """Correlations (4, 4) of the levels' errors for white noise on the chosen markers."""
+def laplace(emulator: Emulator, levels: Floats, chosen: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    """Deviations (4,) and correlations (4, 4) of the levels for `NOISE` on the chosen markers."""
     middle = np.maximum(levels, SMALLEST)
     steps = STEP * np.eye(len(levels))
     change = predict(emulator, middle + steps) - predict(emulator, middle - steps)
     slope = (change[:, :, chosen] / (2 * STEP)).reshape(len(levels), -1)
-    covariance = np.linalg.inv(slope @ slope.T)
+    covariance = NOISE**2 * np.linalg.inv(slope @ slope.T)
     deviation = np.sqrt(np.diag(covariance))
-    return np.asarray(covariance / np.outer(deviation, deviation))
+    return deviation, np.asarray(covariance / np.outer(deviation, deviation))
 
 
 def recover(
@@ -146,8 +146,9 @@ def recover(
 
     Returns
     -------
-    planted, fitted (n_draws, 4); median_error and largest_error by group; chest_correlation and
-    correlation: mean over the draws, pair of groups to value
+    planted, fitted (n_draws, 4); median_error and largest_error by group; deviation by group and
+    correlation by pair of groups (Laplace, mean over the draws), with all markers and with those
+    of the chest alone
     """
     names, torso, still = prepared
     planted = draw_levels(n_draws)
@@ -165,9 +166,11 @@ def recover(
         "n_runs": len(torso.known),
     }
     chest = np.array([k for k, name in enumerate(names) if name in CHEST])
-    for key, chosen in (("correlation", np.arange(len(names))), ("chest_correlation", chest)):
-        mean = np.mean([laplace_correlation(emulator, truth, chosen) for truth in planted], axis=0)
-        found[key] = {
+    for prefix, chosen in (("", np.arange(len(names))), ("chest_", chest)):
+        each = [laplace(emulator, truth, chosen) for truth in planted]
+        deviation, mean = (np.mean(part, axis=0) for part in zip(*each, strict=True))
+        found[f"{prefix}deviation"] = dict(zip(GROUPS, deviation.tolist(), strict=True))
+        found[f"{prefix}correlation"] = {
             f"{GROUPS[a]}, {GROUPS[b]}": float(mean[a, b])
             for a in range(len(GROUPS))
             for b in range(a)
