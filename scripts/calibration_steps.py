@@ -115,9 +115,7 @@ class Bench:
         )
         self.machine.set_gravity(gravity)
         work = self.machine.work
-        done = engine.run(
-            self.machine.bones, self.plant, work, self.state, schedule, drive, record
-        )
+        done = engine.run(self.machine.bones, self.plant, work, self.state, schedule, drive, record)
         if done < n:
             raise SystemExit(f"calibration: the torso diverged after {done * STEP:.3f} s.")
         engine.predict(self.machine.bones, self.plant, work, self.state, 0.0)
