@@ -82,12 +82,19 @@ def test_abdominal_pressure_grows_downwards(resting: RestingTorso) -> None:
     assert 0.0 < run.abdominal[-1] / CMH2O < 40.0
 
 
-def test_lying_down_takes_air_out(resting: RestingTorso) -> None:
-    # at least half of the least measured fall, no more than the greatest (0.5 to 1.1 L, Agostoni
-    # & Hyatt 1986); how far it is from the measured mean is a figure of docs/calibration.md
+def air_lost_lying(resting: RestingTorso) -> float:
     run = quiet(resting, 0.5, "supine")
-    upright = lung_capacity(resting.torso.subject)["frc"]
-    assert 0.25e-3 < upright - run.lung[-1] < 1.1e-3
+    return float(lung_capacity(resting.torso.subject)["frc"] - run.lung[-1])
+
+
+def test_lying_down_takes_air_out(resting: RestingTorso) -> None:
+    assert air_lost_lying(resting) > 0.0
+
+
+@pytest.mark.xfail(strict=True, reason="0.43 L: the dome rises too little (docs/calibration.md)")
+def test_lying_down_takes_as_much_air_out_as_measured(resting: RestingTorso) -> None:
+    # 0.5 to 1.1 L (Agostoni & Hyatt 1986)
+    assert 0.5e-3 < air_lost_lying(resting) < 1.1e-3
 
 
 def test_lying_down_pushes_the_diaphragm_up(resting: RestingTorso) -> None:
