@@ -57,7 +57,6 @@ class Anatomy:
     skull_base : (3,)
     pelvis_rim : (n, 3), from the back midline over the left crest to the pubis and back
     scale : (3,), of this subject against the reference man
-    waist_half : (2,), half depth and half breadth of the abdominal cavity at the navel
     skin : thickness of everything between the chest sheet and the skin, m
     belly_skin : the same at the belly wall
     navel_height : m, on the Z axis
@@ -74,7 +73,6 @@ class Anatomy:
     skull_base: Floats
     pelvis_rim: Floats
     scale: Floats
-    waist_half: Floats
     skin: float
     belly_skin: float
     navel_height: float
@@ -168,7 +166,6 @@ def build_anatomy(subject: Subject, parameters: Parameters, fit_scale: Floats) -
     front = outline[0] * scale
     notch = front[np.argmax(front[:, 2])]
     skin = max(parameters["least_skin"], 0.5 * (size["chest_breadth"] - _breadth(rib * scale)))
-    waist = 0.5 * np.array([size["waist_depth"], size["waist_breadth"]])
     return Anatomy(
         rib=rib * scale,
         facet=_follow(facet, rotation, shift) * scale,
@@ -181,7 +178,6 @@ def build_anatomy(subject: Subject, parameters: Parameters, fit_scale: Floats) -
         skull_base=levels_of("spine/top")["C1"],
         pelvis_rim=rim * scale,
         scale=scale,
-        waist_half=waist * fit_scale[:2],
         skin=skin,
         belly_skin=parameters["belly_skin"],
         navel_height=notch[2]

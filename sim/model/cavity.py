@@ -11,12 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim.errors import ParameterError
 from sim.model.anatomy import SIDES, Anatomy
+from sim.model.mesh import along, strip
 from sim.model.points import Points
 from sim.model.skeleton import margin_point, segment_of
-from sim.physics.surface import enclosed_volume
-from sim.physics.types import Floats, Ints
+from sim.physics.types import Floats
 from sim.tables import Parameters
 
 RIB_STATIONS = np.array([0.06, 0.16, 0.28, 0.4, 0.52, 0.64, 0.76, 0.88, 1.0])
@@ -56,61 +55,6 @@ class Cavity:
     rim_half: int
     tendon_points: list[int]
     rows: list[list[list[int]]]
-
-
-def strip(points: Points, a: list[int], b: list[int]) -> list[tuple[int, int, int]]:
-    """Triangles between two polylines that run alongside, shorter diagonals first."""
-    faces, i, j = [], 0, 0
-    while i < len(a) - 1 or j < len(b) - 1:
-        if j == len(b) - 1:
-            ahead = True
-        elif i == len(a) - 1:
-            ahead = False
-        else:
-            p = np.linalg.norm(points.at(a[i + 1]) - points.at(b[j]))
-            q = np.linalg.norm(points.at(a[i]) - points.at(b[j + 1]))
-            ahead = bool(p <= q)
-        face = (a[i], a[i + 1], b[j]) if ahead else (a[i], b[j + 1], b[j])
-        i, j = (i + 1, j) if ahead else (i, j + 1)
-        if len(set(face)) == 3:
-            faces.append(face)
-    return faces
-
-
-def orient(places: Floats, faces: Ints) -> Ints:
-    """Turn the faces of a closed mesh outwards.
-
-    Raises
-    ------
-    ParameterError
-        if an edge does not belong to exactly two faces
-    """
-    faces = faces.copy()
-    edges: dict[tuple[int, int], list[int]] = {}
-    for f, (a, b, c) in enumerate(faces.tolist()):
-        for i, j in ((a, b), (b, c), (c, a)):
-            edges.setdefault((min(i, j), max(i, j)), []).append(f)
-    if any(len(owners) != 2 for owners in edges.values()):
-        raise ParameterError("a cavity of the torso is not closed. Check the size of the subject.")
-    done, queue = {0}, [0]
-    while queue:
-        f = queue.pop()
-        a, b, c = faces[f].tolist()
-        for i, j in ((a, b), (b, c), (c, a)):
-            for g in edges[min(i, j), max(i, j)]:
-                if g in done:
-                    continue
-                x, y, z = faces[g].tolist()
-                if (i, j) in ((x, y), (y, z), (z, x)):
-                    faces[g] = faces[g, ::-1]
-                done.add(g)
-                queue.append(g)
-    return faces if enclosed_volume(places, faces) > 0.0 else faces[:, ::-1].copy()
-
-
-def _along(line: Floats, stations: Floats) -> Floats:
-    steps = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    return np.stack([np.interp(stations, steps / steps[-1], line[:, c]) for c in range(3)], axis=1)
 
 
 class CavityBuilder:
@@ -162,7 +106,7 @@ class CavityBuilder:
         a, letter = self.anatomy, SIDES[side]
         line = a.rib[side, rib - 1]
         row = [self.back[rib]]
-        row += [self._bind(f"rib_{letter}{rib}", p) for p in _along(line, RIB_STATIONS)]
+        row += [self._bind(f"rib_{letter}{rib}", p) for p in along(line, RIB_STATIONS)]
         if rib <= 7:
             tip, facet = line[-1], a.facet[side, rib - 1]
             part = f"cartilage_{letter}{rib}" if rib < 6 else f"cartilage_{letter}6-10"
@@ -249,7 +193,7 @@ class CavityBuilder:
         arc = (
             (1 - t) ** 3 * start + 3 * (1 - t) ** 2 * t * c1 + 3 * (1 - t) * t**2 * c2 + t**3 * edge
         )
-        return _along(np.vstack([path, arc]), np.linspace(0.0, 1.0, rows + 2))
+        return along(np.vstack([path, arc]), np.linspace(0.0, 1.0, rows + 2))
 
     def build(self) -> Cavity:
         """Build sheet, diaphragm, wall, back and floor."""

@@ -12,10 +12,11 @@ import numpy as np
 
 from sim.model.anatomy import SIDES, Anatomy
 from sim.model.cavity import FREE_FROM, Cavity
+from sim.model.mesh import along
 from sim.model.points import Points
 from sim.model.skeleton import cartilage_line, segment_of
 from sim.physics.plant import Muscles, Tissue
-from sim.physics.types import Floats, Ints
+from sim.physics.types import Ints
 from sim.tables import Parameters, read_rows
 
 MUSCLE_GROUPS = (
@@ -88,11 +89,6 @@ class TissueList:
         self.damping.append(stiffness * time)
 
 
-def _at(line: Floats, stations: Floats) -> Floats:
-    steps = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    return np.stack([np.interp(stations, steps / steps[-1], line[:, c]) for c in range(3)], axis=1)
-
-
 class IntercostalBuilder:
     """Strings the external and internal intercostals between the ribs."""
 
@@ -123,7 +119,7 @@ class IntercostalBuilder:
         """From the transverse process of a vertebra to the angle of the rib below."""
         sign = 1.0 if side == 0 else -1.0
         top = self.anatomy.spine[f"T{upper}"] + np.array([-0.025, sign * 0.028, 0.0])
-        low = _at(self.anatomy.rib[side, upper], np.array([0.14]))[0]
+        low = along(self.anatomy.rib[side, upper], np.array([0.14]))[0]
         handles = [
             self.points.add(self.body[segment_of(f"T{upper}")], top),
             self.points.add(self.body[f"rib_{SIDES[side]}{upper + 1}"], low),
@@ -137,7 +133,7 @@ class IntercostalBuilder:
         sign = 1.0 if side == 0 else -1.0
         for level, rib, u in (("C4", 1, 0.6), ("C6", 1, 0.4), ("C5", 1, 0.5), ("C5", 2, 0.35)):
             top = self.anatomy.spine[level] + np.array([0.0, sign * 0.025, 0.0])
-            low = _at(self.anatomy.rib[side, rib - 1], np.array([u]))[0]
+            low = along(self.anatomy.rib[side, rib - 1], np.array([u]))[0]
             handles = [
                 self.points.add(self.body["C4-C7"], top),
                 self.points.add(self.body[f"rib_{SIDES[side]}{rib}"], low),
@@ -155,15 +151,15 @@ class IntercostalBuilder:
         n = int(self.parameters["intercostals_per_space"])
         above, below = self.anatomy.rib[side, upper - 1], self.anatomy.rib[side, upper]
         lengths = [float(np.linalg.norm(np.diff(r, axis=0), axis=1).sum()) for r in (above, below)]
-        fine = _at(below, np.linspace(0.0, 1.0, 201))
+        fine = along(below, np.linspace(0.0, 1.0, 201))
         for u in np.linspace(start, end, n):
-            top = _at(above, np.array([u]))[0]
+            top = along(above, np.array([u]))[0]
             nearest = int(np.argmin(np.linalg.norm(fine - top, axis=1)))
             height = float(np.linalg.norm(fine[nearest] - top))
             v = nearest / 200.0 + lean * height / lengths[1]
             if not 0.02 <= v <= 1.0:
                 continue
-            low = _at(below, np.array([v]))[0]
+            low = along(below, np.array([v]))[0]
             names = [f"rib_{SIDES[side]}{upper + k}" for k in (0, 1)]
             handles = [self.points.add(self.body[names[0]], top)]
             handles.append(self.points.add(self.body[names[1]], low))

@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 
 from sim.model.anatomy import Anatomy, Subject, build_anatomy
-from sim.model.cavity import Cavity, CavityBuilder, orient, tendon_edge
+from sim.model.cavity import Cavity, CavityBuilder, tendon_edge
+from sim.model.mesh import orient
 from sim.model.muscles import (
     IntercostalBuilder,
     MuscleList,
