@@ -17,7 +17,7 @@ from sim.resting import RestingTorso
 from sim.tables import read_rows
 
 BREATH_STEP = 0.002
-"""s; halving it changes the tidal volume of a breath by less than 1 % (tests/sim/test_breaths.py)."""
+"""s; halving it changes a tidal volume by less than 1 % (tests/sim/test_breaths.py)."""
 REFRESH = 150
 """Steps for which a factorisation serves."""
 SPEED_LIMIT = 20.0
