@@ -14,14 +14,18 @@ import numpy as np
 from numba import njit
 
 from sim import engine
+from sim.bones import Bones, mj_comPos, mj_comVel, mj_kinematics, mj_makeM, mj_rne
 from sim.breaths import sawtooth
 from sim.model.torso import Subject
-from sim.physics.forces import add_contacts, add_muscles, add_tissue, follow_sheet
+from sim.physics.borrow import borrow
+from sim.physics.contact import add_contacts, follow_sheet
+from sim.physics.forces import add_muscles, add_tissue
 from sim.physics.plant import Plant
 from sim.physics.rigid import move_points, place_points, project
-from sim.physics.surface import add_pressure, enclosed_volume
-from sim.physics.system import Work, refresh, solve_step
+from sim.physics.surface import press, volume_and_normals
+from sim.physics.system import refresh, solve_step
 from sim.physics.types import Floats
+from sim.physics.work import Work
 from sim.rest import GRAVITY, Machine, copy_state, no_record
 from sim.resting import RestingTorso, rest_torso
 from sim.simulate import REFRESH, SPEED_LIMIT, group_activation
@@ -80,38 +84,37 @@ def real_time(resting: RestingTorso, step: float, duration: float) -> float:
 
 @njit(cache=True, nogil=True)
 def _part(
-    which: int, n: int, bones: engine.Bones, plant: Plant, work: Work, state: engine.State,
-    what: engine.Drive, step: float, out: Floats,
+    which: int, n: int, bones: Bones, plant: Plant, work: Work, what: engine.Drive, step: float,
 ) -> None:  # fmt: skip
-    k = plant.constants
+    bones, plant, work = borrow(bones), borrow(plant), borrow(work)
+    k, tree, x, v, f = plant.constants, plant.tree, work.x, work.v, work.f
     for _ in range(n):
         if which == 0:
-            engine.mj_kinematics(bones.model, bones.data)
-            engine.mj_comPos(bones.model, bones.data)
-            engine.mj_comVel(bones.model, bones.data)
+            mj_kinematics(bones.model, bones.data)
+            mj_comPos(bones.model, bones.data)
+            mj_comVel(bones.model, bones.data)
         elif which == 1:
-            engine.mj_rne(bones.model, bones.data, 0, work.bias.ctypes.data)
+            mj_rne(bones.model, bones.data, 0, work.bias.ctypes.data)
         elif which == 2:
-            engine.mj_makeM(bones.model, bones.data)
+            mj_makeM(bones.model, bones.data)
         elif which == 3:
-            place_points(plant, bones.position, bones.rotation, work.x)
-            move_points(plant, work.x, bones.spatial, bones.centre, work.v)
+            place_points(work.riders, plant.point_local, bones.position, bones.rotation, x)
+            move_points(work.riders, tree.body_root, x, bones.spatial, bones.centre, v)
         elif which == 4:
-            add_muscles(work.x, work.v, plant.muscles, k, what.activation[0], work.length,
-                        work.rate, work.factor, work.tension, work.f)  # fmt: skip
+            add_muscles(x, v, plant.muscles, k, what.activation[0], work.fibres, f)
         elif which == 5:
-            add_tissue(work.x, work.v, plant.tissue, work.pull, work.f)
+            add_tissue(x, v, plant.tissue, work.strings, f)
         elif which == 6:
-            add_contacts(work.x, work.v, plant.contacts, k, work.held, work.gap, work.f)
+            add_contacts(x, v, plant.contacts, k, work.held, work.gap, f)
         elif which == 7:
-            enclosed_volume(work.x, plant.chest_faces)
-            enclosed_volume(work.x, plant.abdomen_faces)
-            add_pressure(work.x, plant.chest_faces, -490.0, np.zeros(3), work.f)
-            add_pressure(work.x, plant.abdomen_faces, 900.0, 1e3 * what.gravity, work.f)
+            volume_and_normals(x, plant.chest_faces, work.chest_normal)
+            volume_and_normals(x, plant.abdomen_faces, work.abdomen_normal)
+            press(x, plant.chest_faces, work.chest_normal, -490.0, np.zeros(3), f)
+            press(x, plant.abdomen_faces, work.abdomen_normal, 900.0, 1e3 * what.gravity, f)
         elif which == 8:
-            project(plant, work.x, work.f, bones.centre, bones.motion, work.wrench, work.tau)
+            project(work.riders, tree, x, f, bones.centre, bones.motion, work.wrench, work.tau)
         elif which == 9:
-            solve_step(plant, work, 1.0, 1.0)
+            solve_step(plant.pattern, work.matrix, work.change, 1.0, 1.0)
         else:
             refresh(plant, work, step, what.activation[0], bones.mass, what.locked,
                     bones.centre, bones.motion)  # fmt: skip
@@ -125,7 +128,7 @@ def part_costs(resting: RestingTorso, step: float, repeats: int) -> dict[str, fl
     machine.set_gravity(GRAVITY["upright"])
     engine.predict(machine.bones, torso.plant, work, state, step)
     follow_sheet(work.x, torso.plant.contacts, work.held)
-    _part(2, 1, machine.bones, torso.plant, work, state, what, step, out)
+    _part(2, 1, machine.bones, torso.plant, work, what, step)
     engine.total_forces(
         machine.bones, torso.plant, work, state, what, what.activation[0], step, out
     )
@@ -135,7 +138,7 @@ def part_costs(resting: RestingTorso, step: float, repeats: int) -> dict[str, fl
         work.f[:] = 0.0
 
         def go(which: int = which, n: int = n) -> None:
-            _part(which, n, machine.bones, torso.plant, work, state, what, step, out)
+            _part(which, n, machine.bones, torso.plant, work, what, step)
 
         costs[name] = median_time(go, repeats) / n
     return costs

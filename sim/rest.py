@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 from sim import engine
+from sim.bones import view_bones
 from sim.errors import ParameterError, UnstableSimulation
 from sim.model.muscles import MUSCLE_GROUPS
 from sim.model.skeleton import SEGMENTS
@@ -20,8 +21,8 @@ from sim.model.torso import Torso, lung_capacity
 from sim.physics.plant import Links, Plant
 from sim.physics.rigid import project
 from sim.physics.surface import enclosed_volume
-from sim.physics.system import Work, make_work
 from sim.physics.types import Floats
+from sim.physics.work import Work, make_work
 
 GRAVITY = {"upright": (0.0, 0.0, -9.81), "supine": (-9.81, 0.0, 0.0)}
 SETTLE_STEP = 0.002
@@ -57,7 +58,7 @@ class Machine:
     def __init__(self, torso: Torso) -> None:
         self.model = torso.skeleton.model
         self.data = mujoco.MjData(self.model)
-        self.bones = engine.view_bones(self.model, self.data)
+        self.bones = view_bones(self.model, self.data)
         self.work: Work = make_work(torso.plant)
         self.set_gravity(GRAVITY["upright"])
 
@@ -237,7 +238,9 @@ def _link_rows(torso: Torso, machine: Machine, plant: Plant) -> Floats:
             force = np.zeros_like(work.f)
             force[a, c], force[b, c] = 1.0, -1.0
             out = np.zeros(rows.shape[1])
-            project(plant, work.x, force, bones.centre, bones.motion, work.wrench, out)
+            project(
+                work.riders, plant.tree, work.x, force, bones.centre, bones.motion, work.wrench, out
+            )
             rows[3 * e + c] = out
     return rows
 

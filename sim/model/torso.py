@@ -21,7 +21,7 @@ from sim.model.muscles import (
 from sim.model.points import Points
 from sim.model.skeleton import Skeleton, build_skeleton
 from sim.physics.blocks import analyse
-from sim.physics.forces import cross_sheet
+from sim.physics.contact import cross_sheet
 from sim.physics.muscle import HILL
 from sim.physics.plant import Constants, Contacts, Links, Plant
 from sim.physics.surface import enclosed_volume

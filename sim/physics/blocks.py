@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import csc_matrix, eye
 from scipy.sparse.linalg import splu
 
-from sim.physics.compiled import compiled
+from sim.physics.compiled import compiled, inner
 from sim.physics.types import Floats, Ints
 
 
@@ -77,7 +77,7 @@ def analyse(n: int, edges: Ints) -> Pattern:
     )
 
 
-@compiled
+@inner
 def _invert(a: Floats, out: Floats) -> None:
     c0 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1]
     c1 = a[1, 2] * a[2, 0] - a[1, 0] * a[2, 2]
@@ -172,29 +172,31 @@ def solve(pattern: Pattern, lower: Floats, inverse: Floats, rhs: Floats, work: F
     rhs : (n, 3), in particle order; overwritten by the solution
     work : (n, 3), scratch
     """
-    n = rhs.shape[0]
+    n, column, row = rhs.shape[0], pattern.column, pattern.row
     for k in range(n):
-        i = pattern.order[k]
+        i = np.uintp(pattern.order[k])
         work[k, 0], work[k, 1], work[k, 2] = rhs[i, 0], rhs[i, 1], rhs[i, 2]
-    column, row = pattern.column, pattern.row
     for k in range(n):
         a, b, c = work[k, 0], work[k, 1], work[k, 2]
-        for p in range(column[k], column[k + 1]):
-            j = row[p]
-            for r in range(3):
-                work[j, r] -= lower[p, r, 0] * a + lower[p, r, 1] * b + lower[p, r, 2] * c
+        for s in range(column[k], column[k + 1]):
+            # Unsigned, and read before anything is written: no check, and no wait for a store.
+            j, p = np.uintp(row[s]), np.uintp(s)
+            x = work[j, 0] - (lower[p, 0, 0] * a + lower[p, 0, 1] * b + lower[p, 0, 2] * c)
+            y = work[j, 1] - (lower[p, 1, 0] * a + lower[p, 1, 1] * b + lower[p, 1, 2] * c)
+            z = work[j, 2] - (lower[p, 2, 0] * a + lower[p, 2, 1] * b + lower[p, 2, 2] * c)
+            work[j, 0], work[j, 1], work[j, 2] = x, y, z
     for k in range(n - 1, -1, -1):
-        a, b, c = work[k, 0], work[k, 1], work[k, 2]
-        x = inverse[k, 0, 0] * a + inverse[k, 0, 1] * b + inverse[k, 0, 2] * c
-        y = inverse[k, 1, 0] * a + inverse[k, 1, 1] * b + inverse[k, 1, 2] * c
-        z = inverse[k, 2, 0] * a + inverse[k, 2, 1] * b + inverse[k, 2, 2] * c
-        for p in range(column[k], column[k + 1]):
-            j = row[p]
+        x, y, z = 0.0, 0.0, 0.0
+        for s in range(column[k], column[k + 1]):
+            j, p = np.uintp(row[s]), np.uintp(s)
             a, b, c = work[j, 0], work[j, 1], work[j, 2]
-            x -= lower[p, 0, 0] * a + lower[p, 1, 0] * b + lower[p, 2, 0] * c
-            y -= lower[p, 0, 1] * a + lower[p, 1, 1] * b + lower[p, 2, 1] * c
-            z -= lower[p, 0, 2] * a + lower[p, 1, 2] * b + lower[p, 2, 2] * c
+            x += lower[p, 0, 0] * a + lower[p, 1, 0] * b + lower[p, 2, 0] * c
+            y += lower[p, 0, 1] * a + lower[p, 1, 1] * b + lower[p, 2, 1] * c
+            z += lower[p, 0, 2] * a + lower[p, 1, 2] * b + lower[p, 2, 2] * c
+        a, b, c = work[k, 0], work[k, 1], work[k, 2]
+        x = inverse[k, 0, 0] * a + inverse[k, 0, 1] * b + inverse[k, 0, 2] * c - x
+        y = inverse[k, 1, 0] * a + inverse[k, 1, 1] * b + inverse[k, 1, 2] * c - y
+        z = inverse[k, 2, 0] * a + inverse[k, 2, 1] * b + inverse[k, 2, 2] * c - z
+        i = np.uintp(pattern.order[k])
         work[k, 0], work[k, 1], work[k, 2] = x, y, z
-    for k in range(n):
-        i = pattern.order[k]
-        rhs[i, 0], rhs[i, 1], rhs[i, 2] = work[k, 0], work[k, 1], work[k, 2]
+        rhs[i, 0], rhs[i, 1], rhs[i, 2] = x, y, z

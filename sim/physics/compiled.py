@@ -8,8 +8,14 @@ from typing import Any, TypeVar, cast
 from numba import njit
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
+OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 
 
 def compiled(function: Kernel) -> Kernel:
     """Compile `function` with numba; other kernels and Python may call it alike."""
-    return cast(Kernel, njit(cache=True, nogil=True, error_model="numpy")(function))
+    return cast(Kernel, njit(**OPTIONS)(function))
+
+
+def inner(function: Kernel) -> Kernel:
+    """Compile a function that only kernels call: nothing is compiled to unpack Python's tuples."""
+    return cast(Kernel, njit(**OPTIONS, no_cpython_wrapper=True)(function))

@@ -83,8 +83,9 @@ def test_passive_slope_is_the_derivative(at: float) -> None:
 
 
 def test_passive_curve_as_printed_up_to_a_strain_of_one_half() -> None:
-    for at in (0.8, 1.0, 1.3, 1.5):
-        assert passive_shape(at)[0] == pytest.approx(math.exp(10.0 * (at - 1.0)) / math.exp(5.0))
+    for at in (0.0, 0.2, 0.8, 1.0, 1.3, 1.5):
+        printed = math.exp(10.0 * (at - 1.0)) / math.exp(5.0)
+        assert passive_shape(at)[0] == pytest.approx(printed, rel=2e-14)
     assert passive_shape(1.5)[0] == pytest.approx(1.0)
 
 
@@ -94,7 +95,7 @@ def test_hill_tension_is_never_negative(
     f_max: float, k_pe: float, b_pe: float,
 ) -> None:  # fmt: skip
     factor = active_factor(fibre, fibre_rate, WIDTH, CURVATURE, ECCENTRIC)
-    assert hill_tension(activation, factor, at, rate, f_max, k_pe, b_pe) >= 0.0
+    assert hill_tension(activation * factor, at, rate, f_max, k_pe, b_pe) >= 0.0
 
 
 @given(level, ratio, speed, st.floats(0.1, 1.0), force, force, st.floats(0.0, 100.0))
@@ -109,7 +110,7 @@ def test_spring_tension_is_never_negative(
 
 def test_hill_tension_isometric_at_optimal_length() -> None:
     # The passive part is exp(-5) of k_pe there.
-    tension = hill_tension(0.4, 1.0, 1.0, 0.0, 200.0, 50.0, 1.0)
+    tension = hill_tension(0.4, 1.0, 0.0, 200.0, 50.0, 1.0)
     assert tension == pytest.approx(0.4 * 200.0 + 50.0 * math.exp(-5.0))
 
 

@@ -10,7 +10,7 @@ from sim.errors import ParameterError
 from sim.model.landmarks import marker_places
 from sim.model.muscles import MUSCLE_GROUPS
 from sim.model.torso import Subject, lung_capacity
-from sim.physics.forces import follow_sheet
+from sim.physics.contact import follow_sheet
 from sim.physics.types import Floats
 from sim.rest import GRAVITY, Machine, lie_down, residual
 from sim.resting import RestingTorso, rest_torso

@@ -1,0 +1,120 @@
+"""Scratch of one run: what the kernels write between two states."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sim.physics.plant import Plant
+from sim.physics.rigid import Riders, find_riders
+from sim.physics.types import Floats, Ints
+
+
+class Fibres(NamedTuple):
+    """The muscle elements as they are now, and the fibres that they form."""
+
+    length: Floats
+    rate: Floats
+    tension: Floats
+    """(n_elements,), m, m/s and N"""
+    span: Floats
+    speed: Floats
+    """(n_chains,), m and m/s, length and lengthening of the whole fibre"""
+    factor: Floats
+    """(n_chains,), force-length times force-velocity"""
+
+
+class Strings(NamedTuple):
+    """The passive threads as they are now."""
+
+    length: Floats
+    rate: Floats
+    tension: Floats
+    """(n_threads,), m, m/s and N; negative where a thread pushes"""
+
+
+class Matrix(NamedTuple):
+    """The step's matrix and its factors."""
+
+    diagonal: Floats
+    off: Floats
+    """(n_particles, 3, 3) and (n_pairs, 3, 3), kg, blocks of the particles"""
+    lower: Floats
+    inverse: Floats
+    scratch: Floats
+    rigid: Floats
+    """(n_dof, n_dof), inverse of the rigid block"""
+    row: Floats
+    touched: Ints
+    belly: Floats
+    chest: Floats
+    """(n_dof + 3 n_particles,), gradients of the two volumes"""
+    belly_solved: Floats
+    chest_solved: Floats
+
+
+class Work(NamedTuple):
+    """Scratch of one run."""
+
+    x: Floats
+    v: Floats
+    f: Floats
+    """(n_points, 3), m, m/s and N"""
+    tau: Floats
+    bias: Floats
+    wrench: Floats
+    change: Floats
+    """(n_dof + 3 n_particles,), impulse, then change of velocity"""
+    gap: Floats
+    held: Ints
+    """(n_contacts,), m, and face beside each particle"""
+    chest_normal: Floats
+    abdomen_normal: Floats
+    riders: Riders
+    fibres: Fibres
+    strings: Strings
+    matrix: Matrix
+
+
+def make_work(plant: Plant) -> Work:
+    """Allocate the scratch of one run."""
+    n_dof, n_particles = len(plant.tree.dof_body), len(plant.particle_inertia)
+    n_points = len(plant.point_body) + n_particles
+    n_elements, n_chains = len(plant.muscles.a), len(plant.muscles.chain_rest)
+    size = n_dof + 3 * n_particles
+    return Work(
+        x=np.zeros((n_points, 3)),
+        v=np.zeros((n_points, 3)),
+        f=np.zeros((n_points, 3)),
+        tau=np.zeros(n_dof),
+        bias=np.zeros(n_dof),
+        wrench=np.zeros((len(plant.tree.body_root), 6)),
+        change=np.zeros(size),
+        gap=np.zeros(len(plant.contacts.point)),
+        held=plant.contacts.start.copy(),
+        chest_normal=np.zeros((len(plant.chest_faces), 3)),
+        abdomen_normal=np.zeros((len(plant.abdomen_faces), 3)),
+        riders=find_riders(plant.point_body, len(plant.tree.body_root)),
+        fibres=Fibres(*np.zeros((3, n_elements)), *np.zeros((3, n_chains))),
+        strings=Strings(*np.zeros((3, len(plant.tissue.a)))),
+        matrix=_make_matrix(plant, n_dof, n_particles),
+    )
+
+
+def _make_matrix(plant: Plant, n_dof: int, n_particles: int) -> Matrix:
+    size = n_dof + 3 * n_particles
+    return Matrix(
+        diagonal=np.zeros((n_particles, 3, 3)),
+        off=np.zeros((len(plant.pattern.pair), 3, 3)),
+        lower=np.zeros((len(plant.pattern.row), 3, 3)),
+        inverse=np.zeros((n_particles, 3, 3)),
+        scratch=np.zeros((n_particles, 3)),
+        rigid=np.zeros((n_dof, n_dof)),
+        row=np.zeros(n_dof),
+        touched=np.zeros(4 * n_dof, dtype=np.int64),
+        belly=np.zeros(size),
+        chest=np.zeros(size),
+        belly_solved=np.zeros(size),
+        chest_solved=np.zeros(size),
+    )
