@@ -140,9 +140,9 @@ def factorise(
             y10, y11, y12 = y[1, 0], y[1, 1], y[1, 2]
             y20, y21, y22 = y[2, 0], y[2, 1], y[2, 2]
             for s in range(start, slot):
-                j, p = np.uintp(pattern.row[s]), np.uintp(s)
+                j, q = np.uintp(pattern.row[s]), np.uintp(s)
                 for r in range(3):
-                    l0, l1, l2 = lower[p, r, 0], lower[p, r, 1], lower[p, r, 2]
+                    l0, l1, l2 = lower[q, r, 0], lower[q, r, 1], lower[q, r, 2]
                     work[j, r, 0] -= l0 * y00 + l1 * y10 + l2 * y20
                     work[j, r, 1] -= l0 * y01 + l1 * y11 + l2 * y21
                     work[j, r, 2] -= l0 * y02 + l1 * y12 + l2 * y22

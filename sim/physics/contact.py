@@ -3,15 +3,46 @@
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 
-from sim.physics.compiled import compiled
+from sim.physics.compiled import compiled, inner
 from sim.physics.plant import Constants, Contacts
 from sim.physics.types import Floats, Ints
 
 EDGE = 0.25
 """How far past its edge a face is still felt, as a barycentric weight."""
+LEAST_SLOPE = -0.05
+"""Cosine between ray and normal beyond which a face is edge-on and not seen."""
+
+Crossing: TypeAlias = tuple[float, float, float, float, float, float, float]
+"""Gap along the normal, least weight, weights of the second and third corner, unit normal."""
+
+
+@inner
+def _look(x: Floats, faces: Ints, g: int, p: int, axis: float) -> Crossing:
+    """`cross_sheet` by value and without a branch: a caller pays only for what it uses."""
+    i, j, k = np.uintp(faces[g, 0]), np.uintp(faces[g, 1]), np.uintp(faces[g, 2])
+    forward = x[p, 0] - axis
+    radius = max(math.sqrt(forward**2 + x[p, 1] ** 2), 1e-6)
+    dx, dy = forward / radius, x[p, 1] / radius
+    ux, uy, uz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
+    wx, wy, wz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
+    nx, ny, nz = wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux
+    size = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
+    fall = nx * dx + ny * dy
+    slope = fall / size
+    ox, oy, oz = axis - x[i, 0], -x[i, 1], x[p, 2] - x[i, 2]
+    reach = -(nx * ox + ny * oy + nz * oz) / fall
+    qx, qy, qz = ox + reach * dx, oy + reach * dy, oz
+    s = (nx * (qz * wy - qy * wz) + ny * (qx * wz - qz * wx) + nz * (qy * wx - qx * wy)) / size**2
+    t = (nx * (uz * qy - uy * qz) + ny * (ux * qz - uz * qx) + nz * (uy * qx - ux * qy)) / size**2
+    seen = slope <= LEAST_SLOPE
+    gap = (radius - reach) * slope if seen else 1.0
+    inside = min(1.0 - s - t, min(s, t)) if seen else -1e9
+    shrink = 1.0 / size
+    return gap, inside, s, t, shrink * nx, shrink * ny, shrink * nz
 
 
 @compiled
@@ -34,26 +65,10 @@ def cross_sheet(
     -------
     gap along the normal, m, positive inside the chest; least weight (negative outside the face)
     """
-    i, j, k = np.uintp(faces[g, 0]), np.uintp(faces[g, 1]), np.uintp(faces[g, 2])
-    forward = x[p, 0] - axis
-    radius = max(math.sqrt(forward**2 + x[p, 1] ** 2), 1e-6)
-    dx, dy = forward / radius, x[p, 1] / radius
-    ux, uy, uz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
-    wx, wy, wz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
-    nx, ny, nz = wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux
-    size = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
-    slope = (nx * dx + ny * dy) / size
-    if slope > -0.05:
-        return 1.0, -1e9
-    ox, oy, oz = axis - x[i, 0], -x[i, 1], x[p, 2] - x[i, 2]
-    reach = -(nx * ox + ny * oy + nz * oz) / (nx * dx + ny * dy)
-    qx, qy, qz = ox + reach * dx, oy + reach * dy, oz
-    s = (nx * (qz * wy - qy * wz) + ny * (qx * wz - qz * wx) + nz * (qy * wx - qx * wy)) / size**2
-    t = (nx * (uz * qy - uy * qz) + ny * (ux * qz - uz * qx) + nz * (uy * qx - ux * qy)) / size**2
+    gap, inside, s, t, nx, ny, nz = _look(x, faces, g, p, axis)
     weight[0], weight[1], weight[2] = 1.0 - s - t, s, t
-    shrink = 1.0 / size
-    normal[0], normal[1], normal[2] = shrink * nx, shrink * ny, shrink * nz
-    return (radius - reach) * slope, min(1.0 - s - t, min(s, t))
+    normal[0], normal[1], normal[2] = nx, ny, nz
+    return gap, inside
 
 
 @compiled
@@ -64,17 +79,16 @@ def follow_sheet(x: Floats, contacts: Contacts, held: Ints) -> None:
     ----------
     held : (n_contacts,), index of the present face, updated
     """
-    weight, normal = np.empty(3), np.empty(3)
     for i in range(contacts.point.shape[0]):
         p = contacts.point[i]
-        _, best = cross_sheet(x, contacts.face, held[i], p, contacts.axis, weight, normal)
+        best = _look(x, contacts.face, held[i], p, contacts.axis)[1]
         moved = best < 0.0
         while moved:
             moved = False
             for g in contacts.neighbour[held[i]]:
                 if g < 0:
                     break
-                _, inside = cross_sheet(x, contacts.face, g, p, contacts.axis, weight, normal)
+                inside = _look(x, contacts.face, g, p, contacts.axis)[1]
                 if inside > best + 1e-9:
                     best, held[i], moved = inside, g, True
 
@@ -96,28 +110,30 @@ def add_contacts(
     held : (n_contacts,), face beside each particle
     gap : (n_contacts,), m, written; 1 where there is no face
     """
-    weight, normal = np.empty(3), np.empty(3)
-    for i in range(contacts.point.shape[0]):
-        p = contacts.point[i]
-        gap[i], inside = cross_sheet(x, contacts.face, held[i], p, contacts.axis, weight, normal)
-        if inside < -EDGE:
-            gap[i] = 1.0
-        depth = min(constants.contact_gap - gap[i], 3.0 * constants.contact_gap)
+    faces = contacts.face
+    for n in range(contacts.point.shape[0]):
+        p, h = contacts.point[n], held[n]
+        reach, inside, s, t, nx, ny, nz = _look(x, faces, h, p, contacts.axis)
+        gap[n] = 1.0 if inside < -EDGE else reach
+        depth = min(constants.contact_gap - gap[n], 3.0 * constants.contact_gap)
         if depth <= 0.0:
             continue
-        face = contacts.face[held[i]]
-        closing = 0.0
-        for c in range(3):
-            speed = v[p, c]
-            for k in range(3):
-                speed -= weight[k] * v[np.uintp(face[k]), c]
-            closing -= speed * normal[c]
+        i, j, k = np.uintp(faces[h, 0]), np.uintp(faces[h, 1]), np.uintp(faces[h, 2])
+        r = 1.0 - s - t
+        vx = v[p, 0] - r * v[i, 0] - s * v[j, 0] - t * v[k, 0]
+        vy = v[p, 1] - r * v[i, 1] - s * v[j, 1] - t * v[k, 1]
+        vz = v[p, 2] - r * v[i, 2] - s * v[j, 2] - t * v[k, 2]
+        closing = -(vx * nx + vy * ny + vz * nz)
         # Past its edge a face lets go little by little, so that no particle is dropped at once.
         hold = min(1.0, 1.0 + inside / EDGE)
         push = hold * (constants.contact_stiffness * depth + constants.contact_damping * closing)
         if push <= 0.0:
             continue
-        for c in range(3):
-            f[p, c] += push * normal[c]
-            for k in range(3):
-                f[np.uintp(face[k]), c] -= weight[k] * push * normal[c]
+        px, py, pz = push * nx, push * ny, push * nz
+        f[p, 0] += px
+        f[p, 1] += py
+        f[p, 2] += pz
+        for q, share in ((i, r), (j, s), (k, t)):
+            f[q, 0] -= share * px
+            f[q, 1] -= share * py
+            f[q, 2] -= share * pz
