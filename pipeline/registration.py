@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 MAX_ROUNDS = 30
 SETTLED = 1e-4
 """m; the search ends when no point moves further in a round."""
+HEIGHTS = (-0.06, -0.03, 0.0, 0.03, 0.06)
+"""m; where on the torso a search without landmarks starts, from the likeliest height."""
 OUTLIER_SCALE = 2.0
 """In standard deviations: beyond it a misplaced marker counts linearly, not squared."""
 
@@ -116,25 +118,39 @@ def _residuals(
     return np.concatenate(parts)
 
 
-def _search(start: Floats, markers: Floats, target: _Target, settings: FitSettings) -> Floats:
-    """Alternate nearest points and least squares until the markers rest."""
-    parameters = start
+def _search(
+    start: Floats, markers: Floats, target: _Target, settings: FitSettings
+) -> tuple[Floats, float]:
+    """Alternate nearest points and least squares until the markers rest; place and cost."""
+    parameters, cost = start, np.inf
     for _ in range(MAX_ROUNDS):
         scale = np.exp(parameters[6:9])
         before = _move(parameters, markers)
         near = _nearest(before, scale, target)
         unscaled = Nearest(points=near.points / scale, normals=near.normals)
-        parameters = least_squares(
+        found = least_squares(
             _residuals,
             parameters,
             args=(markers, unscaled, target, settings),
             loss="soft_l1",
             f_scale=OUTLIER_SCALE,
             x_scale=np.repeat([0.1, 0.01, 0.05], 3),
-        ).x
+        )
+        parameters, cost = found.x, float(found.cost)
         if np.max(np.abs(_move(parameters, markers) - before)) < SETTLED:
             break
-    return parameters
+    return parameters, cost
+
+
+def _search_heights(markers: Floats, target: _Target, settings: FitSettings) -> Floats:
+    """Best of several starts: a marker set without names fits the skin at several heights."""
+    start = _start(markers, target)
+    tries = []
+    for height in HEIGHTS if len(target.named) == 0 else (0.0,):
+        lifted = start.copy()
+        lifted[5] += height
+        tries.append(_search(lifted, markers, target, settings))
+    return min(tries, key=lambda found: found[1])[0]
 
 
 def _target(
@@ -200,14 +216,14 @@ def register(
     target = _target(
         names, sagittal, seen, (at_rest.vertices, at_rest.faces), landmarks, free_scale
     )
-    found = _search(_start(markers[seen], target), markers[seen], target, settings)
+    found = _search_heights(markers[seen], target, settings)
     x, y, z = np.exp(found[6:9]) if free_scale else np.ones(3)
     fit_scale = (float(x), float(y), float(z))
     if free_scale:
         # the resized torso is solved anew and is not exactly the stretched one: place it again
         at_rest, landmarks = model.surface(fit_scale, posture), model.landmarks(fit_scale, posture)
         target = _target(names, sagittal, seen, (at_rest.vertices, at_rest.faces), landmarks, False)
-        found = _search(np.append(found[:6], np.zeros(3)), markers[seen], target, settings)
+        found, _ = _search(np.append(found[:6], np.zeros(3)), markers[seen], target, settings)
     placed = _move(found, np.where(seen[:, None], markers, np.nanmean(markers, axis=0)))
     near = _nearest(placed, np.ones(3), target)
     away = np.abs(np.linalg.norm(placed - near.points, axis=1) - settings.marker_radius_m)

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sim.model.anatomy import SIDES
+from sim.model.skeleton import segment_of
 from sim.motion import Motion
 from sim.physics.types import Floats, Ints
 
@@ -89,22 +90,42 @@ def compartments(motion: Motion, start: int, end: int) -> dict[str, float]:
 
 
 def rib_rotations(motion: Motion, rest: Motion, frame: int) -> dict[str, dict[str, float]]:
-    """Rotation of every rib since rest, rad: pump (front end up), bucket (side up).
+    """Rotation of every rib against its vertebrae since rest, rad: pump (front end up), bucket
+    (side up).
 
     The two are components of the rotation vector along the transverse and the sagittal axis.
     """
     out = {}
     for side, letter in enumerate(SIDES):
         for rib in range(1, 13):
-            name = f"rib_{letter}{rib}"
-            b = motion.bodies.index(name)
+            name, spine = f"rib_{letter}{rib}", segment_of(f"T{rib}")
             now, then = (
-                Rotation.from_quat(q, scalar_first=True)
-                for q in (motion.quaternion[frame, b], rest.quaternion[0, b])
+                _turn(spine, q, motion.bodies).inv() * _turn(name, q, motion.bodies)
+                for q in (motion.quaternion[frame], rest.quaternion[0])
             )
             turn = (now * then.inv()).as_rotvec()
             out[name] = {"pump": -turn[1], "bucket": turn[0] if side == 0 else -turn[0]}
     return out
+
+
+def _turn(body: str, quaternion: Floats, bodies: tuple[str, ...]) -> Rotation:
+    return Rotation.from_quat(quaternion[bodies.index(body)], scalar_first=True)
+
+
+def against_body(motion: Motion, points: Floats, body: str) -> Floats:
+    """Points as a body sees them.
+
+    Parameters
+    ----------
+    points : (n_frames, n, 3), m, world
+
+    Returns
+    -------
+    (n_frames, n, 3), m, in the frame of the body, parallel to the world's as built
+    """
+    b = motion.bodies.index(body)
+    turn = Rotation.from_quat(motion.quaternion[:, b], scalar_first=True).as_matrix()
+    return np.einsum("fij,fni->fnj", turn, points - motion.position[:, b, None])
 
 
 def dome_descent(motion: Motion, rest: Motion, start: int, end: int) -> dict[str, float]:
@@ -180,10 +201,13 @@ def _degrees(ribs: dict[str, dict[str, float]]) -> dict[str, dict[str, float]]:
 def _excursions(motion: Motion, rest: Motion, b: Breath) -> dict[str, Any]:
     way = 1e3 * (motion.markers[b.high] - motion.markers[b.low])
     each = dict(zip(motion.marker_names, way.tolist(), strict=True))
+    # the chest against its back: what the spine does is no motion of the sternum
+    chest = against_body(motion, motion.markers, "T5-T8")
+    sternum = 1e3 * (chest[b.high] - chest[b.low])[motion.marker_names.index("STRN")]
     dome = dome_descent(motion, rest, b.low, b.high)
     return {
-        "sternum_excursion_mm": each["STRN"][0],
-        "sternum_excursion_up_mm": each["STRN"][2],
+        "sternum_excursion_mm": float(sternum[0]),
+        "sternum_excursion_up_mm": float(sternum[2]),
         "abdomen_excursion_mm": each["NAVEL"][0],
         "diaphragm_excursion_mm": 1e3 * dome["mean"],
         "diaphragm_excursion_right_posterior_mm": 1e3 * dome["right_posterior"],

@@ -13,7 +13,7 @@ import numpy as np
 
 from sim.errors import ParameterError
 from sim.physics.types import Floats
-from sim.tables import Parameters, body_size, bone_arrays
+from sim.tables import Parameters, body_size, bone_arrays, read_rows
 
 SIDES = ("L", "R")
 
@@ -101,14 +101,14 @@ def _stretch(points: Floats, levels: dict[str, Floats], parameters: Parameters) 
     return out
 
 
-def _lower_ribs(rib: Floats, facet: Floats, angle: float) -> tuple[Floats, Floats, Floats]:
+def _lower_ribs(rib: Floats, facet: Floats, angle: Floats) -> tuple[Floats, Floats, Floats]:
     """Turn every rib down about the transverse axis through its head.
 
     Returns
     -------
     ribs; 2 x 2 rotation and shift in the sagittal plane by which the sternum follows
     """
-    c, s = np.cos(angle), np.sin(angle)
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     head = rib[:, :, :1]
     arm = rib - head
     turned = arm.copy()
@@ -123,6 +123,15 @@ def _lower_ribs(rib: Floats, facet: Floats, angle: float) -> tuple[Floats, Float
     rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     shift = after.mean(axis=0) - rotation @ before.mean(axis=0)
     return lowered, rotation, shift
+
+
+def rib_tilts() -> Floats:
+    """(12,), how far each rib of the bone set is turned down about its head, rad.
+
+    `rib_joints.csv`: enough for the heights of notch and tenth rib (ANSUR II), more below than
+    above as the slopes grow towards the tenth rib.
+    """
+    return np.radians([float(row["tilt_deg"]) for row in read_rows("rib_joints.csv")])
 
 
 def _follow(points: Floats, rotation: Floats, shift: Floats) -> Floats:
@@ -152,7 +161,7 @@ def build_anatomy(subject: Subject, parameters: Parameters, fit_scale: Floats) -
     rib[1] = rib[0] * [1.0, -1.0, 1.0]
     left = place(bones["sternum/rib_facets"])
     facet = np.stack([left, left * [1.0, -1.0, 1.0]])
-    rib, rotation, shift = _lower_ribs(rib, facet, np.radians(parameters["rib_tilt"]))
+    rib, rotation, shift = _lower_ribs(rib, facet, rib_tilts())
     outline = _follow(place(bones["sternum/outline"]), rotation, shift)
     outline[..., 1] = 0.0
     size = body_size(subject)

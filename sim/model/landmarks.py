@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
+from sim.model.skeleton import margin_point
 from sim.model.torso import Torso
 from sim.physics.types import Floats, Ints
+from sim.tables import Parameters
 
 BACK_SKIN = 0.008
 """Skin over the spinous processes, m."""
@@ -95,6 +97,7 @@ def build_skin(torso: Torso, points: Floats) -> Skin:
     front = bound & (inner[:, 0] > 0.0) & (np.abs(inner[:, 1]) < 0.06)
     skin[front] = inner[front] + torso.parameters["sternum_skin"] * normals[front]
     _to_the_back(torso, used, inner, skin)
+    skin[bound, 1] *= _shoulder_breadth(skin[bound], torso.parameters)
     thickness = np.where(bound, 0.0, anatomy.belly_skin)
     data = torso.skeleton.model.body_pos
     origin = _body_origins(torso, data)
@@ -104,6 +107,19 @@ def build_skin(torso: Torso, points: Floats) -> Skin:
         point=used.astype(np.int64), body=body.astype(np.int64), local=local,
         thickness=thickness, faces=faces,
     )  # fmt: skip
+
+
+def _shoulder_breadth(skin: Floats, parameters: Parameters) -> Floats:
+    """(n,), how much broader the torso is than the rib cage, which tapers towards the neck.
+
+    Pectorals, latissimus and shoulder blades fill the taper: above its widest level the torso
+    keeps its breadth.
+    """
+    z, y = skin[:, 2], np.abs(skin[:, 1])
+    near = np.abs(z[:, None] - z[None]) < 0.5 * parameters["shoulder_window"]
+    half = np.where(near, y[None], 0.0).max(axis=1)
+    above = z > z[np.argmax(y)]
+    return np.where(above, np.minimum(y.max() / half, parameters["shoulder_most"]), 1.0)
 
 
 def _body_origins(torso: Torso, offset: Floats) -> Floats:
@@ -204,8 +220,19 @@ def marker_places(attachments: Attachments, vertices: Floats) -> Floats:
     return np.asarray(base + a.height[:, None] * n + a.slide[:, :1] * u + a.slide[:, 1:] * t)
 
 
+def _flank(vertices: Floats, z: float, sign: float) -> Floats:
+    near = vertices[np.abs(vertices[:, 2] - z) < 0.02]
+    return np.asarray(near[np.argmax(sign * near[:, 1])])
+
+
 def landmark_points(torso: Torso, vertices: Floats) -> dict[str, Floats]:
-    """Usual markers on the skin of the upright torso at rest."""
+    """Usual markers on the skin of the upright torso at rest.
+
+    CLAV, STRN, XIPH : top, middle and lower end of the sternum
+    UABD, NAVEL, LABD : front of the belly; C7, T3 ... L4 : spinous processes
+    LUCH, LMCH : third and fifth costal cartilage; LLCH : mid-axillary at the height of XIPH;
+    LCOS : costal margin; the same on the right with R
+    """
     a, p = torso.anatomy, torso.parameters
     sternum = a.sternum_front[np.argsort(a.sternum_front[:, 2])]
     skin = np.array([p["sternum_skin"], 0.0, 0.0])
@@ -224,14 +251,15 @@ def landmark_points(torso: Torso, vertices: Floats) -> dict[str, Floats]:
         "UABD": belly(0.5 * (a.navel_height + sternum[1][2])),
         "LABD": belly(a.navel_height - 0.06),
     }
-    for level in ("C7", "T3", "T8", "T10", "L1", "L4"):
+    for level in ("C7", "T3", "T5", "T8", "T10", "L1", "L4"):
         out[level] = a.process[level] - np.array([BACK_SKIN, 0.0, 0.0])
     for side, letter in enumerate("LR"):
-        for rib, share, name in ((3, 0.8, "UCH"), (6, 0.7, "MCH"), (9, 0.7, "LCH")):
-            line = a.rib[side, rib - 1]
-            at = line[int(share * (len(line) - 1))]
+        places = {
+            "UCH": a.rib[side, 2, -1],
+            "MCH": a.rib[side, 4, -1],
+            "LCH": _flank(vertices, sternum[1][2], 1.0 - 2.0 * side),
+            "COS": margin_point(a, side, 0.6, p),
+        }
+        for name, at in places.items():
             out[f"{letter}{name}"] = vertices[np.argmin(np.linalg.norm(vertices - at, axis=1))]
-        out[f"{letter}COS"] = vertices[
-            np.argmin(np.linalg.norm(vertices - a.rib[side, 9, -1], axis=1))
-        ]
     return out

@@ -30,6 +30,7 @@ MUSCLE_GROUPS = (
     "external_oblique",
     "internal_oblique",
     "transversus",
+    "erector_spinae",
 )
 
 
@@ -114,6 +115,7 @@ class IntercostalBuilder:
                     self._parasternal(side, upper)
                 self._levator(side, upper)
             self._scalenes(side)
+            self._erector(side)
 
     def _levator(self, side: int, upper: int) -> None:
         """From the transverse process of a vertebra to the angle of the rib below."""
@@ -139,6 +141,16 @@ class IntercostalBuilder:
                 self.points.add(self.body[f"rib_{SIDES[side]}{rib}"], low),
             ]
             self.muscles.add_chain("scalenes", handles, [self.parameters["scalene_width"]])
+
+    def _erector(self, side: int) -> None:
+        """Thoracic part of the erector spinae, over the tips of the spinous processes."""
+        sign = 1.0 if side == 0 else -1.0
+        handles = []
+        for level in ("L2", "T10", "T7", "T3", "C6"):
+            tip = self.anatomy.process[level] + np.array([0.0, sign * 0.02, 0.0])
+            handles.append(self.points.add(self.body[segment_of(level)], tip))
+        widths = [self.parameters["erector_width"]] * (len(handles) - 1)
+        self.muscles.add_chain("erector_spinae", handles, widths)
 
     def _space(
         self, side: int, upper: int, group: str, lean: float, start: float, end: float

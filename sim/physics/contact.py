@@ -126,7 +126,11 @@ def add_contacts(
         closing = -(vx * nx + vy * ny + vz * nz)
         # Past its edge a face lets go little by little, so that no particle is dropped at once.
         hold = min(1.0, 1.0 + inside / EDGE)
-        push = hold * (constants.contact_stiffness * depth + constants.contact_damping * closing)
+        # Stiffness and damping grow from nothing over the first part: no chatter at the touch.
+        part = min(depth, constants.contact_gap)
+        touch = part * part / (2.0 * constants.contact_gap) + depth - part
+        damping = constants.contact_damping * part / constants.contact_gap
+        push = hold * (constants.contact_stiffness * touch + damping * closing)
         if push <= 0.0:
             continue
         px, py, pz = push * nx, push * ny, push * nz
