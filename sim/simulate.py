@@ -55,6 +55,9 @@ class Trajectory:
 def group_activation(levels: Floats) -> Floats:
     """Activation of every muscle group from the four levels.
 
+    `levels.csv`: a group takes its share of what a level has above a threshold, as accessory
+    muscles are recruited late.
+
     Parameters
     ----------
     levels : (..., 4), in the order of `LEVELS`
@@ -63,10 +66,11 @@ def group_activation(levels: Floats) -> Floats:
     -------
     (..., n_groups), in the order of `MUSCLE_GROUPS`
     """
-    share = np.zeros((len(LEVELS), len(MUSCLE_GROUPS)))
+    out = np.zeros((*np.shape(levels)[:-1], len(MUSCLE_GROUPS)))
     for row in read_rows("levels.csv"):
-        share[LEVELS.index(row["level"]), MUSCLE_GROUPS.index(row["group"])] = float(row["share"])
-    return np.asarray(levels @ share)
+        above = np.maximum(levels[..., LEVELS.index(row["level"])] - float(row["threshold"]), 0.0)
+        out[..., MUSCLE_GROUPS.index(row["group"])] += float(row["share"]) * above
+    return np.minimum(out, 1.0)
 
 
 def simulate(
