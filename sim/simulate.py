@@ -70,7 +70,7 @@ def group_activation(levels: Floats) -> Floats:
     for row in read_rows("levels.csv"):
         above = np.maximum(levels[..., LEVELS.index(row["level"])] - float(row["threshold"]), 0.0)
         out[..., MUSCLE_GROUPS.index(row["group"])] += float(row["share"]) * above
-    return np.minimum(out, 1.0)
+    return out
 
 
 def simulate(

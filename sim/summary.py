@@ -103,7 +103,8 @@ def rib_rotations(motion: Motion, rest: Motion, frame: int) -> dict[str, dict[st
                 _turn(spine, q, motion.bodies).inv() * _turn(name, q, motion.bodies)
                 for q in (motion.quaternion[frame], rest.quaternion[0])
             )
-            turn = (now * then.inv()).as_rotvec()
+            upright = _turn(spine, rest.quaternion[0], rest.bodies)
+            turn = upright.apply((now * then.inv()).as_rotvec())
             out[name] = {"pump": -turn[1], "bucket": turn[0] if side == 0 else -turn[0]}
     return out
 
@@ -125,7 +126,7 @@ def against_body(motion: Motion, points: Floats, body: str) -> Floats:
     """
     b = motion.bodies.index(body)
     turn = Rotation.from_quat(motion.quaternion[:, b], scalar_first=True).as_matrix()
-    return np.einsum("fij,fni->fnj", turn, points - motion.position[:, b, None])
+    return np.asarray(np.einsum("fij,fni->fnj", turn, points - motion.position[:, b, None]))
 
 
 def dome_descent(motion: Motion, rest: Motion, start: int, end: int) -> dict[str, float]:
