@@ -109,3 +109,25 @@ def test_a_torso_that_only_tilts_stands_still_beside_its_back(plant, fit_setting
     assert np.ptp(alone, axis=0).max() > 0.03
     assert np.ptp(relative, axis=0).max() < 1e-5
     assert np.isnan(failed).all()
+
+
+def test_a_set_without_names_finds_its_waist_from_a_far_start(plant, fit_settings):
+    def waisted(points):
+        # two waists 0.16 m apart, the upper one narrower: a search from the lower ends there
+        z = points[:, 2:]
+        waist = 0.2 * np.exp(-(((z - 0.21) / 0.03) ** 2)) + 0.4 * np.exp(
+            -(((z - 0.37) / 0.03) ** 2)
+        )
+        return points * np.hstack([1 - waist, 1 - waist, np.ones_like(z)])
+
+    class Waisted(plant.Model):
+        def surface(self, fit_scale, posture):
+            tube = super().surface(fit_scale, posture)
+            return SimpleNamespace(vertices=waisted(tube.vertices), faces=tube.faces)
+
+    angle, height = np.meshgrid(np.linspace(0, 2 * np.pi, 12), np.linspace(0.31, 0.43, 7))
+    ring = [0.11 * np.cos(angle), 0.15 * np.sin(angle), height]
+    points = np.stack(ring, axis=-1).reshape(-1, 3)
+    markers = waisted(points) * (1 + 0.007 / 0.13 * np.array([1, 1, 0])) - [0.0, 0.0, 0.1]
+    found = register(Waisted(), markers, ("",) * len(markers), (), "upright", fit_settings)
+    assert found.translation[2] == pytest.approx(0.1, abs=0.02)
