@@ -13,7 +13,7 @@ from pipeline.cost import mean_cycle, play
 from pipeline.level_fit import LevelFit, bound_simulator
 from pipeline.model import BreathModel
 from pipeline.registration import as_recorded
-from pipeline.scoring import MM
+from pipeline.scoring import MM, OwnBreaths
 from pipeline.trials import MarkerCost, emulated_best
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class CycleFits:
     """Levels (n_cycles, 4) and cost (n_cycles,) m of the breaths `ids`, and what checks said.
 
     how : in words; checks : breath, error of the emulator's fit and of a real run with the same
-    levels, mm
+    levels, mm; breaths : real runs with those levels, that of the mean breath where one failed
     """
 
     how: str
@@ -44,6 +44,7 @@ class CycleFits:
     levels: Floats
     cost: Floats
     checks: tuple[dict[str, float], ...]
+    breaths: OwnBreaths | None
 
 
 def _spread_out(n: int, wanted: int) -> NDArray[np.int64]:
@@ -73,6 +74,21 @@ def _real_cost(
     return float(cost(played[None])[0])
 
 
+def _own_breaths(
+    recording: MarkerRecording, found: LevelFit, ids: NDArray[np.int64], levels: Floats
+) -> OwnBreaths:
+    """Run every breath's own levels at the timing of the mean breath."""
+    trials = found.trials
+    runs = trials.simulator.run(levels)
+    positions = as_recorded(runs, found.registration, recording.back)
+    kept = trials.positions(trials.best)
+    own = {
+        int(k): kept if failed else moved
+        for k, moved, failed in zip(ids, positions, runs.failed, strict=True)
+    }
+    return OwnBreaths(time=trials.time, positions=own, period=trials.signature.period)
+
+
 def fit_cycles(
     recording: MarkerRecording,
     signature: BreathSignature,
@@ -91,6 +107,7 @@ def fit_cycles(
             levels=np.empty((0, len(trials.upper))),
             cost=np.empty(0),
             checks=(),
+            breaths=None,
         )
     targets = mean_cycle(recorded_cycles(recording, signature, ids), trials.time)
     emulator = trials.emulator()
@@ -115,5 +132,10 @@ def fit_cycles(
         for k in chosen
     )
     return CycleFits(
-        how=HOW, ids=ids, levels=levels, cost=np.array([cost for _, cost in fits]), checks=checks
+        how=HOW,
+        ids=ids,
+        levels=levels,
+        cost=np.array([cost for _, cost in fits]),
+        checks=checks,
+        breaths=_own_breaths(recording, found, ids, levels),
     )

@@ -11,12 +11,16 @@ from pipeline.breaths import recorded_cycles, signature_breath, used_cycles, wit
 from pipeline.cost import CycleFrames
 from pipeline.level_fit import counted_markers, fit_levels
 from pipeline.model import BreathModel
-from pipeline.scoring import Breath, Row, score
+from pipeline.scoring import Breath, OwnBreaths, Row, score
 from pipeline.settings import FitSettings
 
 if TYPE_CHECKING:
     from pipeline.markers import MarkerRecording
     from pipeline.signature import BreathSignature
+
+
+SCOPES = ("signature", "cycles", "cycles_steady")
+OWN_SCOPES = ("own", "own_steady")
 
 
 def _subsets(recording: MarkerRecording) -> dict[str, NDArray[np.int64]]:
@@ -27,12 +31,21 @@ def _subsets(recording: MarkerRecording) -> dict[str, NDArray[np.int64]]:
 
 
 def error_rows(
-    recording: MarkerRecording, signature: BreathSignature, breath: Breath, settings: FitSettings
+    recording: MarkerRecording,
+    signature: BreathSignature,
+    breath: Breath,
+    own: OwnBreaths | None,
+    settings: FitSettings,
 ) -> list[Row]:
     """Rows against the mean breath and against every used breath in recording time.
 
     `cycles` leaves one offset a marker for the whole recording, as printed in the papers;
     `cycles_steady` one a breath, so that slow drift counts neither for nor against the model.
+    Those play one breath again and again; `own` and `own_steady` each breath's own fit.
+
+    Parameters
+    ----------
+    breath : the signature's fit; own : the fit of each used breath, if there is one
     """
     # the signature, played once, on the frames of the model
     mean = CycleFrames(
@@ -42,18 +55,21 @@ def error_rows(
         rate=settings.frame_rate_hz,
     )
     cycles = recorded_cycles(recording, signature, used_cycles(signature)[0])
+    every: dict[str, Breath | OwnBreaths] = dict.fromkeys(SCOPES, breath)
+    if own is not None:
+        every |= dict.fromkeys(OWN_SCOPES, own)
     return [
         score(
             f"{scope}_{name}",
-            frames,
-            breath,
+            mean if scope == "signature" else cycles,
+            played,
             markers,
             window=settings.velocity_window_s,
-            min_cycles=1 if frames is mean else settings.min_cycles,
-            by_cycle=scope == "cycles_steady",
+            min_cycles=1 if scope == "signature" else settings.min_cycles,
+            by_cycle=scope.endswith("_steady"),
         )
         for name, markers in _subsets(recording).items()
-        for scope, frames in (("signature", mean), ("cycles", cycles), ("cycles_steady", cycles))
+        for scope, played in every.items()
     ]
 
 

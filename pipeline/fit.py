@@ -132,7 +132,7 @@ def fit_breath(
     trials, registration = found.trials, found.registration
     warnings = _warnings(found, _probe(trials))
     cycles = fit_cycles(recording, signature, model, found, settings, seed)
-    rows = error_rows(recording, signature, found.breath, settings)
+    rows = error_rows(recording, signature, found.breath, cycles.breaths, settings)
     rows += held_out_rows(recording, signature, model, settings, seed)
     best = trials.best
     return FitResult(

@@ -38,6 +38,8 @@ SCOPES = {
     "signature": "the mean breath",
     "cycles": "every breath",
     "cycles_steady": "every breath, drift between breaths left out",
+    "own": "every breath, each with levels of its own",
+    "own_steady": "every breath, levels of its own, drift left out",
     "heldout": "breaths held out",
     "heldout_steady": "breaths held out, drift left out",
 }

@@ -38,6 +38,34 @@ class Breath:
         """Positions (n, n_markers, 3), m, at the times of the mean breath, s."""
         return play(self.time, self.positions, self.period, breath_time)
 
+    def predict(self, frames: CycleFrames) -> Floats:
+        """Positions (n_frames, n_markers, 3), m: the same breath for every breath."""
+        return self.at(frames.breath_time)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class OwnBreaths:
+    """A breath for each breath of a recording, all at the timing of the mean breath.
+
+    Parameters
+    ----------
+    time : (n_time,), s from onset; period : s
+    positions : number of the breath -> (n_time, n_markers, 3), m
+    """
+
+    time: Floats
+    positions: dict[int, Floats]
+    period: float
+
+    def predict(self, frames: CycleFrames) -> Floats:
+        """Positions (n_frames, n_markers, 3), m: each breath its own."""
+        result = np.empty_like(frames.measured)
+        for number in np.unique(frames.cycle):
+            chosen = frames.cycle == number
+            at = frames.breath_time[chosen]
+            result[chosen] = play(self.time, self.positions[int(number)], self.period, at)
+        return result
+
 
 def _others_mean(frames: CycleFrames, source: CycleFrames, grid: Floats, period: float) -> Floats:
     """Predict each frame of `frames` by the mean of the other breaths in `source`."""
@@ -67,7 +95,7 @@ def _references(centred: Floats, source: Floats, markers: NDArray[np.int64]) -> 
 def score(
     scope: str,
     frames: CycleFrames,
-    breath: Breath,
+    breath: Breath | OwnBreaths,
     markers: NDArray[np.int64],
     *,
     window: float,
@@ -89,7 +117,7 @@ def score(
     """
     known = frames if source is None else source
     groups = frames.cycle if by_cycle else None
-    model = breath.at(frames.breath_time)
+    model = breath.predict(frames)
     difference = frames.measured - model
     still = without_offset(frames.measured, groups)
     speeds = [velocity(x, frames.cycle, frames.rate, window) for x in (frames.measured, model)]

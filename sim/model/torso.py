@@ -180,12 +180,19 @@ def _neighbours(faces: Ints) -> Ints:
     return out
 
 
+TIE = 1e-6
+"""Difference of barycentric weights that counts as none."""
+
+
 def _contacts(x: Floats, dome: Ints, sheet: Ints, axis: float) -> Contacts:
     weight, normal = np.zeros(3), np.zeros(3)
     start = []
     for p in dome:
-        inside = [cross_sheet(x, sheet, g, p, axis, weight, normal)[1] for g in range(len(sheet))]
-        start.append(int(np.argmax(inside)))
+        inside = np.array(
+            [cross_sheet(x, sheet, g, p, axis, weight, normal)[1] for g in range(len(sheet))]
+        )
+        # in the mid-plane two mirrored faces are as good: the first, not what rounding says
+        start.append(int(np.argmax(inside > inside.max() - TIE)))
     return Contacts(
         point=dome,
         face=sheet,
