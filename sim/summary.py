@@ -92,7 +92,8 @@ def compartments(motion: Motion, start: int, end: int) -> dict[str, float]:
 def rib_rotations(motion: Motion, rest: Motion, frame: int) -> dict[str, dict[str, float]]:
     """Rotation of every rib against its vertebrae since rest, rad.
 
-    Pump (front end up) and bucket (side up) are components of the rotation vector along the transverse and the sagittal axis.
+    Pump (front end up) and bucket (side up) are components of the rotation vector along the
+    transverse and the sagittal axis.
     """
     out = {}
     for side, letter in enumerate(SIDES):
