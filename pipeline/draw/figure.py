@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
+LABEL_NEAR = 12.0
+"""mm; markers nearer than this in a drawing share a label."""
 MEASURED, SIMULATED, ACCENT, FAINT = "#1d2226", "#c4571f", "#0b6a74", "#b9bec2"
 GROUP_COLOURS = ("#0b6a74", "#c4571f", "#6a4fa3", "#5a8f29")
 
@@ -37,6 +42,37 @@ def panels(
     figure = Figure(figsize=(width, height), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, sharex=share_x)
     return figure, list(axes.flat)
+
+
+def label_points(
+    axis: Axes,
+    spots: NDArray[np.float64],
+    texts: Sequence[str],
+    *,
+    near: float,
+    offset: tuple[float, float],
+) -> None:
+    """Name the points; points that lie together, as left and right from the side, share a label.
+
+    Parameters
+    ----------
+    spots : (n, 2), in the units of the axes; near : in the same; offset : points
+    """
+    shared: list[tuple[NDArray[np.float64], list[str]]] = []
+    for spot, text in zip(spots, texts, strict=True):
+        beside = [names for at, names in shared if np.linalg.norm(at - spot) < near]
+        if beside:
+            beside[0].append(text)
+        else:
+            shared.append((spot, [text]))
+    for at, names in shared:
+        axis.annotate(
+            ", ".join(names),
+            (float(at[0]), float(at[1])),
+            xytext=offset,
+            textcoords="offset points",
+            fontsize=6,
+        )
 
 
 def as_svg(figure: Figure) -> str:

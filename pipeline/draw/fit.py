@@ -11,9 +11,11 @@ from pipeline.draw.figure import (
     ACCENT,
     FAINT,
     GROUP_COLOURS,
+    LABEL_NEAR,
     MEASURED,
     SIMULATED,
     as_svg,
+    label_points,
     panels,
 )
 from pipeline.draw.recording import MM, most_moving
@@ -44,20 +46,14 @@ def sagittal_svg(
     largest = max(float(np.abs(m).max()) for m in moved) or 1.0
     factor = max(1, round(PATH_LENGTH_SHARE * span / largest))
     strong = set(front) or set(range(len(shown)))
-    for marker, text in enumerate(shown):
+    for marker in range(len(shown)):
         alpha = 1.0 if marker in strong else 0.45
         for motion, colour in zip(moved, (MEASURED, SIMULATED), strict=True):
             path = MM * (place[marker] + factor * motion[:, marker])
             path = np.vstack([path, path[:1]])
             axis.plot(path[:, 0], path[:, 2], color=colour, alpha=alpha, lw=1.2)
             axis.plot(path[0, 0], path[0, 2], ".", color=colour, alpha=alpha, ms=4)
-        axis.annotate(
-            text,
-            MM * place[marker][[0, 2]],
-            fontsize=6,
-            xytext=(6, -8),
-            textcoords="offset points",
-        )
+    label_points(axis, MM * place[:, [0, 2]], shown, near=LABEL_NEAR, offset=(6, -8))
     axis.plot([], [], color=MEASURED, label="measured")
     axis.plot([], [], color=SIMULATED, label="simulated")
     axis.legend(fontsize=8)

@@ -8,7 +8,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from pipeline.draw.figure import ACCENT, FAINT, MEASURED, SIMULATED, as_svg, panels
+from pipeline.draw.figure import (
+    ACCENT,
+    FAINT,
+    LABEL_NEAR,
+    MEASURED,
+    SIMULATED,
+    as_svg,
+    label_points,
+    panels,
+)
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -58,14 +67,7 @@ def input_svg(
             if chosen:
                 spots = place[chosen]
                 axis.scatter(spots[:, across], spots[:, 2], s=16, c=colours[role], label=role)
-        for spot, text in zip(place, shown, strict=True):
-            axis.annotate(
-                text,
-                (spot[across], spot[2]),
-                xytext=(3, 2),
-                textcoords="offset points",
-                fontsize=6,
-            )
+        label_points(axis, place[:, [across, 2]], shown, near=LABEL_NEAR, offset=(3, 2))
         axis.set_aspect("equal", adjustable="datalim")
         axis.set_title(title)
         axis.set_xlabel("mm")
