@@ -1,4 +1,4 @@
-"""A fit of every used breath through the emulator, some of them checked by real runs."""
+"""A fit of every used breath: the emulator suggests, real runs decide."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 HOW = (
-    "each breath through the emulator, at the timing of the mean breath; "
-    "checked by real runs at the breath's own timing"
+    "each breath: the best real run at the timing of the mean breath, one of the search or one at "
+    "the levels that the emulator finds for it; checked by real runs at the breath's own timing"
 )
 
 NOT_DONE = "not done: too many runs of the torso failed for an emulator"
@@ -36,7 +36,7 @@ class CycleFits:
     """Levels (n_cycles, 4) and cost (n_cycles,) m of the breaths `ids`, and what checks said.
 
     how : in words; checks : breath, error of the emulator's fit and of a real run with the same
-    levels, mm; breaths : real runs with those levels, that of the mean breath where one failed
+    levels, mm; breaths : the real runs
     """
 
     how: str
@@ -74,19 +74,32 @@ def _real_cost(
     return float(cost(played[None])[0])
 
 
-def _own_breaths(
-    recording: MarkerRecording, found: LevelFit, ids: NDArray[np.int64], levels: Floats
-) -> OwnBreaths:
-    """Run every breath's own levels at the timing of the mean breath."""
+def _best_real_runs(
+    recording: MarkerRecording,
+    found: LevelFit,
+    costs: list[MarkerCost],
+    suggested: Floats,
+) -> tuple[Floats, Floats, list[Floats]]:
+    """For each breath the best real run: of the search, or at the levels the emulator suggests.
+
+    Returns
+    -------
+    levels (n_cycles, 4); costs (n_cycles,), m; positions of each run, (n_frames, n_markers, 3) m
+    """
     trials = found.trials
-    runs = trials.simulator.run(levels)
-    positions = as_recorded(runs, found.registration, recording.back)
-    kept = trials.positions(trials.best)
-    own = {
-        int(k): kept if failed else moved
-        for k, moved, failed in zip(ids, positions, runs.failed, strict=True)
-    }
-    return OwnBreaths(time=trials.time, positions=own, period=trials.signature.period)
+    runs = trials.simulator.run(suggested)
+    positions = [
+        *(trials.positions(int(k)) for k in np.flatnonzero(trials.good)),
+        *as_recorded(runs, found.registration, recording.back),
+    ]
+    levels = np.vstack([trials.levels[trials.good], suggested])
+    each = np.array([cost(np.stack(positions)) for cost in costs])
+    best = np.nanargmin(each, axis=1)
+    return (
+        levels[best],
+        each.min(axis=1, where=~np.isnan(each), initial=np.inf),
+        [positions[k] for k in best],
+    )
 
 
 def fit_cycles(
@@ -116,7 +129,8 @@ def fit_cycles(
         MarkerCost(targets[int(k)], trials.markers, settings.frame_rate_hz, settings) for k in ids
     ]
     fits = [emulated_best(emulator, cost, trials.upper, seed, start=best) for cost in costs]
-    levels = np.array([level for level, _ in fits]).reshape(-1, 4)
+    suggested = np.array([level for level, _ in fits]).reshape(-1, 4)
+    levels, cost, positions = _best_real_runs(recording, found, costs, suggested)
 
     # the slowest, the fastest and some between them: timing is what the emulator leaves out
     order = np.argsort(events[:, 2] - events[:, 0], kind="stable")
@@ -127,7 +141,7 @@ def fit_cycles(
             "duration_s": float(events[k, 2] - events[k, 0]),
             "emulated_mm": MM * fits[k][1],
             "real_mm": MM
-            * _real_cost(recording, signature, model, found, levels[k], costs[k], events[k]),
+            * _real_cost(recording, signature, model, found, suggested[k], costs[k], events[k]),
         }
         for k in chosen
     )
@@ -135,7 +149,11 @@ def fit_cycles(
         how=HOW,
         ids=ids,
         levels=levels,
-        cost=np.array([cost for _, cost in fits]),
+        cost=cost,
         checks=checks,
-        breaths=_own_breaths(recording, found, ids, levels),
+        breaths=OwnBreaths(
+            time=trials.time,
+            positions=dict(zip(ids.tolist(), positions, strict=True)),
+            period=trials.signature.period,
+        ),
     )

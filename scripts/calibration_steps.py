@@ -14,8 +14,8 @@ import numpy as np
 
 from sim import engine
 from sim.model.muscles import MUSCLE_GROUPS
+from sim.physics.joints import rotation_vector
 from sim.physics.plant import Plant
-from sim.physics.rigid import rotation_vector
 from sim.physics.surface import enclosed_volume
 from sim.physics.types import Floats, Ints
 from sim.rest import GRAVITY, HOLD, Machine, RestState, copy_state, no_record

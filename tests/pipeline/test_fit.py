@@ -44,6 +44,11 @@ def test_planted_levels_come_back_through_half_a_millimetre_of_noise(plant, smal
     own = found.cycle_levels - truth[found.cycle_id]
     assert np.median(np.abs(own)) < 0.02
     assert np.corrcoef(found.cycle_levels[:, 0], truth[found.cycle_id, 0])[0, 1] > 0.8
+    # and is scored with them: no worse than one breath for all
+    for scope in ("steady_all", "steady_sagittal"):
+        own_error = rows[f"own_{scope}"]["error_p_mm"]
+        assert own_error <= rows[f"cycles_{scope}"]["error_p_mm"] * 1.02
+    assert rows["own_steady_all"]["error_p_mm"] < 0.99 * rows["cycles_steady_all"]["error_p_mm"]
     check = found.cycle_checks[0]
     assert check["real_mm"] == pytest.approx(check["emulated_mm"], rel=0.05)
 
