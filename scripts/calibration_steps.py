@@ -18,7 +18,7 @@ from sim.physics.joints import rotation_vector
 from sim.physics.plant import Plant
 from sim.physics.surface import enclosed_volume
 from sim.physics.types import Floats, Ints
-from sim.rest import GRAVITY, HOLD, Machine, RestState, copy_state, no_record
+from sim.rest import GRAVITY, HOLD, Machine, RestState, bed, copy_state, no_record
 from sim.resting import RestingTorso
 
 CMH2O = 98.0665
@@ -71,7 +71,7 @@ class Bench:
         self.torso, self.posture = rest.torso, posture
         self.plant: Plant = rest.torso.plant
         self.machine, self.state = Machine(rest.torso), copy_state(rest.state)
-        self.locked = np.zeros(rest.torso.skeleton.model.nv)
+        self.locked = bed(rest.torso, posture)
         self.pleural = np.nan
         self.places = rest.points.copy()
         self.rib_cage = self.wall = 0.0
