@@ -9,16 +9,16 @@ import numpy as np
 
 from sim.model.anatomy import Anatomy, Subject, build_anatomy
 from sim.model.cavity import Cavity, CavityBuilder, tendon_edge
+from sim.model.intercostals import IntercostalBuilder
 from sim.model.mesh import orient
 from sim.model.muscles import (
-    IntercostalBuilder,
     MuscleList,
-    SheetBuilder,
     TissueList,
     pack_muscles,
     pack_tissue,
 )
 from sim.model.points import Points
+from sim.model.sheets import SheetBuilder
 from sim.model.skeleton import Skeleton, build_skeleton
 from sim.physics.blocks import analyse
 from sim.physics.contact import cross_sheet

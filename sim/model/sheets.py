@@ -1,0 +1,130 @@
+"""Muscular sheets: the diaphragm and the belly wall, their fibres and their passive tissue."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sim.model.cavity import FREE_FROM, Cavity
+from sim.model.muscles import MuscleList, TissueList
+from sim.model.points import Points
+from sim.tables import Parameters
+
+
+class SheetBuilder:
+    """Fibres and tissue of the diaphragm and the belly wall."""
+
+    def __init__(
+        self,
+        points: Points,
+        muscles: MuscleList,
+        tissue: TissueList,
+        cavity: Cavity,
+        parameters: Parameters,
+    ) -> None:
+        self.points, self.muscles, self.tissue = points, muscles, tissue
+        self.cavity, self.parameters = cavity, parameters
+
+    def _gap(self, a: int, b: int) -> float:
+        return float(np.linalg.norm(self.points.at(a) - self.points.at(b)))
+
+    def diaphragm(self) -> None:
+        """Fibres from the rim to the tendon; weak tissue around and across them."""
+        grid, p = self.cavity.diaphragm, self.parameters
+        n = len(grid)
+        modulus = p["diaphragm_modulus"] * p["diaphragm_thickness"]
+        time, slack = p["tissue_time"], p["diaphragm_slack"]
+        for j, column in enumerate(grid):
+            left, right = grid[(j + 1) % n], grid[j - 1]
+            widths = []
+            for i in range(len(column) - 1):
+                spread = [0.5 * self._gap(left[k], right[k]) for k in (i, i + 1)]
+                widths.append(0.5 * (spread[0] + spread[1]))
+            # One tension runs through a fibre, so its strip has one strength: the mean.
+            self.muscles.add_chain("diaphragm", column, [float(np.mean(widths))] * len(widths))
+            for i in range(1, len(column) - 1):
+                along = self._gap(column[i], column[i + 1])
+                self.tissue.add(column[i], left[i], modulus * along / self._gap(column[i], left[i]),
+                                slack, time, 1)  # fmt: skip
+            for i in range(len(column) - 1):
+                k = 0.3 * modulus
+                self.tissue.add(column[i], left[i + 1], k, slack, time, 1)
+                self.tissue.add(left[i], column[i + 1], k, slack, time, 1)
+
+    def crura(self, spine: int) -> None:
+        """Tie the midline fibres of the back to the vertebral column, body `spine`."""
+        for handle in self.cavity.diaphragm[0][1:-2]:
+            anchor = self.points.add(spine, self.points.at(handle) + np.array([-1e-3, 0.0, 0.0]))
+            self.tissue.add(anchor, handle, self.parameters["crus_stiffness"], 1.0,
+                            self.parameters["tissue_time"], 1)  # fmt: skip
+
+    def wall(self) -> None:
+        """Rectus, obliques and transversus in series over the wall, and its passive membrane."""
+        grid, half = self.cavity.wall, self.cavity.rim_half
+        n = len(grid)
+        self._membrane(grid, n)
+        for j in range(n):
+            k = j if j < half else n - j
+            if k >= half - 2:
+                rows = grid[j]
+                width = 0.5 * sum(self._gap(grid[j][4], grid[(j + s) % n][4]) for s in (-1, 1))
+                self.muscles.add_chain("rectus", rows, [width] * (len(rows) - 1))
+        for columns in self._flanks(half, n):
+            self._flank(grid, columns)
+
+    def _flanks(self, half: int, n: int) -> list[list[int]]:
+        """Columns of the lateral wall, back to front, left and right."""
+        left = list(range(FREE_FROM - 1, half - 2))
+        return [left, [(n - j) % n for j in left]]
+
+    def _flank(self, grid: list[list[int]], columns: list[int]) -> None:
+        rows = len(grid[0])
+        height = self._gap(grid[columns[4]][0], grid[columns[4]][-1]) / (rows - 1)
+        for i in range(1, rows - 1):
+            line = [grid[j][i] for j in columns]
+            self.muscles.add_chain("transversus", line, [height] * (len(line) - 1))
+        for start in range(-(rows - 2), len(columns) - 1):
+            down = [(k, k - start) for k in range(len(columns)) if 0 <= k - start < rows]
+            up = [(k, rows - 1 - k + start) for k in range(len(columns))]
+            up = [(k, i) for k, i in up if 0 <= i < rows]
+            for group, path in (("external_oblique", down), ("internal_oblique", up)):
+                line = [grid[columns[k]][i] for k, i in path]
+                if len(line) >= 3:
+                    self._oblique(grid, columns, group, path, line)
+
+    def _oblique(
+        self,
+        grid: list[list[int]],
+        columns: list[int],
+        group: str,
+        path: list[tuple[int, int]],
+        line: list[int],
+    ) -> None:
+        widths = []
+        for (k, i), a, b in zip(path[:-1], line[:-1], line[1:], strict=True):
+            across = self._gap(a, grid[columns[k + 1]][i])
+            down = self._gap(a, grid[columns[k]][min(i + 1, len(grid[0]) - 1)])
+            down = down or self._gap(a, grid[columns[k]][i - 1])
+            widths.append(across * down / max(self._gap(a, b), 1e-4))
+        width = min(float(np.mean(widths)), self.parameters["widest_strip"])
+        self.muscles.add_chain(group, line, [width] * (len(line) - 1))
+
+    def _membrane(self, grid: list[list[int]], n: int) -> None:
+        p = self.parameters
+        thick, time = p["belly_thickness"], p["tissue_time"]
+        across, along = p["belly_modulus_transverse"] * thick, p["belly_modulus_sagittal"] * thick
+        rows = len(grid[0])
+        for j in range(n):
+            here, left = grid[j], grid[(j + 1) % n]
+            for i in range(rows - 1):
+                wide = self._gap(here[i], left[i])
+                tall = self._gap(here[i], here[i + 1])
+                if min(here[i], here[i + 1]) < 0:
+                    self.tissue.add(here[i], here[i + 1], along * wide / tall,
+                                    p["belly_slack_sagittal"], time)  # fmt: skip
+                if 0 < i and min(here[i], left[i]) < 0:
+                    self.tissue.add(here[i], left[i], across * tall / wide,
+                                    p["belly_slack_transverse"], time)  # fmt: skip
+                for a, b in ((here[i], left[i + 1]), (left[i], here[i + 1])):
+                    if min(a, b) < 0:
+                        self.tissue.add(a, b, p["belly_shear"] * along,
+                                        p["belly_slack_sagittal"], time)  # fmt: skip
