@@ -98,11 +98,15 @@ def write_error_table(
     reports : where the pages go
     """
     rows = error_rows(results, names)
+    paper = [row for row in rows if row["source"] != "this study"]
+    shown = columns(rows, ("status", "source"))
     html = page.render(
         "error_table.html",
         rows=[row for row in rows if row["source"] == "this study"],
-        paper_rows=[row for row in rows if row["source"] != "this study"],
-        columns=columns(rows, ("status", "source")),
+        paper_rows=paper,
+        columns=shown,
+        # the papers print few of our columns
+        paper_columns=[c for c in shown if any(str(row.get(c[0], "")).strip() for row in paper)],
         problems=[*_unusable(results, names), *problems],
     )
     paths = [reports / "error_table.csv", reports / "error_table.html"]

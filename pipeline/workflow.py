@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -76,18 +77,28 @@ def read_plan(overrides: Mapping[str, Any], study_file: Path = STUDY_FILE) -> Pl
     return Plan(study=study, config=config)
 
 
-def check_targets(targets: Collection[str], rules: Collection[str], study: Study) -> None:
-    """Answer a mistyped report before any job runs.
+_WILDCARD = re.compile(r"\{name.*\}")
+
+
+def check_targets(
+    targets: Collection[str],
+    rules: Collection[str],
+    study: Study,
+    made: Collection[str] = (),
+) -> None:
+    """Answer a mistyped report or file before any job runs.
 
     Parameters
     ----------
     targets : as typed
     rules : names of rules, which are targets too
     study : the rows that there are
+    made : files that the rules make, `{name}` or `{name,constraint}` for a recording
     """
+    files = {name.join(_WILDCARD.split(one)) for one in made for name in study.names}
     reports = [f"{REPORTS}/{name}.html" for name in study.names]
     for target in map(_normal, targets):
-        if target in (*reports, *PAGES, *rules) or target.startswith(("results/", "logs/")):
+        if target in (*reports, *PAGES, *rules, *files):
             continue
         stems = {PurePosixPath(page).stem: page for page in (*PAGES, *reports)}
         close = nearest_words(PurePosixPath(target).stem, stems)

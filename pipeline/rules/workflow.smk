@@ -35,7 +35,10 @@ include: "study.smk"
 if workflow.is_main_process:
     try:
         plans.check_targets(
-            asked.targets, [rule.name for rule in workflow.rules], plan.study
+            asked.targets,
+            [rule.name for rule in workflow.rules],
+            plan.study,
+            [str(made) for rule in workflow.rules for made in rule.output],
         )
     except TorsoError as error:
         console.say(str(error))

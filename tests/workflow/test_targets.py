@@ -21,7 +21,14 @@ def plan(in_study):
 
 def test_reports_pages_rules_and_files_of_results_are_known(plan):
     targets = ["reports/subject1.html", "./reports/group.html", "all", "results/subject1/fit.json"]
-    check_targets(targets, ["all"], plan.study)
+    check_targets(targets, ["all"], plan.study, ["results/{name,subject1|group}/fit.json"])
+
+
+def test_file_that_no_rule_makes_is_one_line(plan):
+    with pytest.raises(InputError, match=r"results/subject1/fit\.npz: nothing of this name"):
+        check_targets(
+            ["results/subject1/fit.npz"], ["all"], plan.study, ["results/{name}/fit.json"]
+        )
 
 
 def test_mistyped_report_is_answered_with_the_nearest(plan):
