@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from pipeline.breath_motion import FIGURES
 from pipeline.page import GROUPS, SUBJECT_MEAN, Rows, number, words
 
 Columns = list[tuple[str, str]]
@@ -20,20 +21,8 @@ UNITS = (
     ("_s", " (s)"),
     ("_m", " (m)"),
 )
-BREATH_FIGURES = (
-    "tidal_volume_l",
-    "rib_cage_share",
-    "rib_cage_volume_l",
-    "abdominal_wall_volume_l",
-    "diaphragm_volume_l",
-    "diaphragm_excursion_mm",
-    "pleural_pressure_cmh2o",
-    "abdominal_pressure_cmh2o",
-    "abdomen_volume_error",
-    "steady",
-    "not_steady_because",
-)
-"""What the report says of the fitted torso's breath, out of fit.json."""
+BREATH_FIGURES = ("tidal_volume_l", *(name for name in FIGURES if name != "rib_rotation_deg"))
+"""What the report says of the fitted torso's breath, out of fit.json; the ribs have a figure."""
 SCOPES = {
     "signature": "the mean breath",
     "cycles": "every breath",

@@ -13,7 +13,7 @@ from sim.tables import Parameters, read_rows
 
 
 class IntercostalBuilder:
-    """Strings the external and internal intercostals between the ribs."""
+    """Strings the intercostals between the ribs, and the muscles between ribs, neck and spine."""
 
     def __init__(
         self,
