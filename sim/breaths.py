@@ -13,11 +13,7 @@ from sim.model.landmarks import Attachments, marker_places
 from sim.physics.types import Floats
 from sim.resting import RestingTorso
 from sim.simulate import BREATH_STEP, Trajectory, group_activation, simulate, skin_frames
-
-RELEASE = 0.6
-"""Share of the expiration (without its pause) over which the inspiratory muscles let go."""
-FADE = 0.1
-"""Share of the expiration over which the expiratory muscles let go at its end."""
+from sim.tables import parameters
 
 
 def sawtooth(
@@ -25,8 +21,11 @@ def sawtooth(
 ) -> tuple[Floats, Floats]:
     """Inspiratory and expiratory sawtooth of a breath, each from 0 to 1.
 
-    Inspiratory muscles rise through the inspiration and let go over the first part of the
-    expiration; expiratory muscles rise through the expiration and are at rest in its pause.
+    Inspiratory muscles rise to their level, hold it to the end of the inspiration (the chest
+    follows its muscles with a delay, so that a ramp up to the very end would move it too late),
+    and let go over the first part of the expiration. Expiratory muscles rise through the
+    expiration and are at rest in its pause. The shares are parameters: `inspiratory_rise`,
+    `inspiratory_release`, `expiratory_fade`.
 
     Parameters
     ----------
@@ -44,8 +43,10 @@ def sawtooth(
     period = inspiration + expiration
     t = np.mod(time, period)
     out = expiration - pause
-    inward = np.interp(t, [0.0, inspiration, inspiration + RELEASE * out, period], [0, 1, 0, 0])
-    top = inspiration + (1.0 - FADE) * out
+    p = parameters()
+    rise, rest = p["inspiratory_rise"] * inspiration, p["inspiratory_release"] * out
+    inward = np.interp(t, [0.0, rise, inspiration, inspiration + rest, period], [0, 1, 1, 0, 0])
+    top = inspiration + (1.0 - p["expiratory_fade"]) * out
     end = inspiration + out
     outward = np.interp(t, [0.0, inspiration, top, end, period + 1e-9], [0, 0, 1, 0, 0])
     return np.asarray(inward), np.asarray(outward)

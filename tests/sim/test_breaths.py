@@ -7,12 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.breaths import FADE, RELEASE, BreathSimulator, sawtooth
+from sim.breaths import BreathSimulator, sawtooth
 from sim.model.muscles import MUSCLE_GROUPS
 from sim.physics.types import Floats
 from sim.resting import RestingTorso
 from sim.simulate import BREATH_STEP, LEVELS, group_activation, simulate
+from sim.tables import parameters
 
+RISE = parameters()["inspiratory_rise"]
+RELEASE = parameters()["inspiratory_release"]
+FADE = parameters()["expiratory_fade"]
 TIMING = {"inspiration": 1.6, "expiration": 2.4, "pause": 0.4}
 
 
@@ -32,8 +36,9 @@ def at(time: float) -> tuple[float, float]:
 
 def test_inspiratory_sawtooth() -> None:
     assert at(0.0) == (0.0, 0.0)
-    assert at(0.8)[0] == pytest.approx(0.5)
-    assert at(1.6) == (1.0, 0.0)
+    assert at(0.5 * RISE * 1.6)[0] == pytest.approx(0.5)
+    for held in (RISE * 1.6, 1.6):
+        assert at(held) == (pytest.approx(1.0), 0.0)
     # out without its pause lasts 2.0 s; the muscles let go over RELEASE of it
     assert at(1.6 + 0.5 * RELEASE * 2.0)[0] == pytest.approx(0.5)
     assert at(1.6 + RELEASE * 2.0)[0] == pytest.approx(0.0, abs=1e-12)
@@ -59,7 +64,7 @@ def test_sawtooth_is_periodic_and_between_nothing_and_all(
     later = np.array(sawtooth(np.array([time + period]), **timing))
     assert (now >= 0.0).all()
     assert (now <= 1.0).all()
-    steepest = period / min(inspiration, FADE * (expiration - share * expiration))
+    steepest = period / min(RISE * inspiration, FADE * (expiration - share * expiration))
     np.testing.assert_allclose(later, now, rtol=0.0, atol=1e-9 * max(1.0, steepest))
 
 
