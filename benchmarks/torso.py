@@ -55,12 +55,7 @@ def activation(duration: float, step: float) -> Floats:
 
 def drive(machine: Machine, levels: Floats) -> engine.Drive:
     """Upright, nothing held."""
-    return engine.Drive(
-        activation=np.ascontiguousarray(levels),
-        gravity=np.array(GRAVITY["upright"]),
-        locked=np.zeros(machine.model.nv),
-        pleural=np.nan,
-    )
+    return engine.make_drive(levels, gravity=GRAVITY["upright"], locked=np.zeros(machine.model.nv))
 
 
 def real_time(resting: RestingTorso, step: float, duration: float) -> float:
@@ -129,9 +124,7 @@ def part_costs(resting: RestingTorso, step: float, repeats: int) -> dict[str, fl
     engine.predict(machine.bones, torso.plant, work, state, step)
     follow_sheet(work.x, torso.plant.contacts, work.held)
     _part(2, 1, machine.bones, torso.plant, work, what, step)
-    engine.total_forces(
-        machine.bones, torso.plant, work, state, what, what.activation[0], step, out
-    )
+    engine.total_forces(machine.bones, torso.plant, work, state, what, 0, step, out)
     costs = {}
     for which, name in ((10, PARTS[10]), *enumerate(PARTS[:10])):
         n = 20 if which == 10 else 500

@@ -99,11 +99,8 @@ class Bench:
         for group, level in (levels or {}).items():
             activation[:, MUSCLE_GROUPS.index(group)] = level
         gravity = GRAVITY[self.posture]
-        drive = engine.Drive(
-            activation=activation,
-            gravity=np.array(gravity),
-            locked=self.locked,
-            pleural=self.pleural,
+        drive = engine.make_drive(
+            activation, gravity=gravity, locked=self.locked, pleural=self.pleural
         )
         schedule = engine.Schedule(
             step=STEP, refresh_every=10, record_every=n, drag=drag, speed_limit=SPEED_LIMIT
@@ -185,10 +182,9 @@ def rib_swing(resting: RestingTorso, rib: int = 5, start: float = 0.1) -> Swing:
     out = np.empty(3)
     gravity = GRAVITY["upright"]
     model.opt.gravity[:] = 0.0
-    drive = engine.Drive(
-        activation=np.zeros((1, len(MUSCLE_GROUPS))), gravity=np.zeros(3),
-        locked=bench.locked, pleural=0.0,
-    )  # fmt: skip
+    drive = engine.make_drive(
+        np.zeros((1, len(MUSCLE_GROUPS))), gravity=(0.0, 0.0, 0.0), locked=bench.locked, pleural=0.0
+    )
     schedule = engine.Schedule(
         step=1e-3, refresh_every=1, record_every=2, drag=0.0, speed_limit=SPEED_LIMIT
     )

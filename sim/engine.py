@@ -20,6 +20,7 @@ from sim.bones import (
     mj_makeM,
     mj_rne,
 )
+from sim.errors import ParameterError
 from sim.physics.borrow import borrow
 from sim.physics.cavities import add_cavities
 from sim.physics.compiled import compiled, inner
@@ -73,6 +74,42 @@ class Drive(NamedTuple):
     """(n_dof,), kg or kg m^2 added to hold a degree of freedom"""
     pleural: float
     """Pa; if not NaN the pleural pressure is held at it and the lung left out"""
+    larynx: Floats
+    """(n_steps,) or (1,) for all of them, Pa s/m^3, what the larynx adds to the airway"""
+    bend: Floats
+    """(n_steps, n, 3) or (1, n, 3), rad, rotation vectors by which the slack poses of the first n
+    ball joints (the spine from below) are turned"""
+
+
+def make_drive(
+    activation: Floats,
+    *,
+    gravity: tuple[float, float, float],
+    locked: Floats,
+    pleural: float = np.nan,
+    larynx: Floats | None = None,
+    bend: Floats | None = None,
+) -> Drive:
+    """A drive with an open larynx and a straight back, unless they are given.
+
+    Raises
+    ------
+    ParameterError
+        if larynx or bend are not as long as the activation
+    """
+    for name, given in (("larynx", larynx), ("bend", bend)):
+        if given is not None and len(given) not in (1, len(activation)):
+            raise ParameterError(
+                f"{name} has {len(given)} steps, activation {len(activation)}. Give both the same."
+            )
+    return Drive(
+        activation=np.ascontiguousarray(activation, dtype=float),
+        gravity=np.array(gravity, dtype=float),
+        locked=locked,
+        pleural=pleural,
+        larynx=np.zeros(1) if larynx is None else np.ascontiguousarray(larynx, dtype=float),
+        bend=np.zeros((1, 0, 3)) if bend is None else np.ascontiguousarray(bend, dtype=float),
+    )
 
 
 class Record(NamedTuple):
@@ -122,19 +159,29 @@ def total_forces(
     work: Work,
     state: State,
     drive: Drive,
-    activation: Floats,
+    now: int,
     step: float,
     out: Floats,
 ) -> tuple[float, float, float]:
-    """All forces at the predicted place: `work.tau` on the bones, `work.f` on the particles."""
+    """All forces at the predicted place: `work.tau` on the bones, `work.f` on the particles.
+
+    Parameters
+    ----------
+    now : step of the drive
+    out : (7,), as `sim.physics.cavities.add_cavities` writes it
+    """
     bound = plant.point_body.shape[0]
     work.f[:] = 0.0
-    add_elastic(bones, plant, work, activation)
-    result = add_cavities(plant, work, drive.gravity, drive.pleural, state.gas[0], step, out)
+    add_elastic(bones, plant, work, drive.activation[now])
+    larynx = drive.larynx[min(now, drive.larynx.shape[0] - 1)]
+    bend = drive.bend[min(now, drive.bend.shape[0] - 1)]
+    result = add_cavities(
+        plant, work, drive.gravity, drive.pleural, state.gas[0], larynx, step, out
+    )
     project(
         work.riders, plant.tree, work.x, work.f, bones.centre, bones.motion, work.wrench, work.tau
     )
-    add_joints(plant.joints, bones.qpos, bones.qvel, work.tau)
+    add_joints(plant.joints, bend, bones.qpos, bones.qvel, work.tau)
     mj_rne(bones.model, bones.data, 0, work.bias.ctypes.data)
     for i in range(work.tau.shape[0]):
         work.tau[i] -= work.bias[i]
@@ -173,14 +220,14 @@ def _advance(
     state: State,
     schedule: Schedule,
     drive: Drive,
-    activation: Floats,
+    now: int,
     out: Floats,
 ) -> float:
     """Forces at the predicted place, and the step that they cause; returns the largest speed."""
     step = schedule.step
     n_dof, bound = state.qvel.shape[0], plant.point_body.shape[0]
     left, belly_stiffness, chest_stiffness = total_forces(
-        bones, plant, work, state, drive, activation, step, out
+        bones, plant, work, state, drive, now, step, out
     )
     for k in range(n_dof):
         work.change[k] = step * work.tau[k]
@@ -242,7 +289,7 @@ def run(
                 plant, work, step, activation, bones.mass, drive.locked,
                 bones.centre, bones.motion,
             )  # fmt: skip
-        fastest = _advance(bones, plant, work, state, schedule, drive, activation, out)
+        fastest = _advance(bones, plant, work, state, schedule, drive, i, out)
         if not fastest < schedule.speed_limit:
             return i
         if (i + 1) % schedule.record_every == 0 and frame < record.qpos.shape[0]:

@@ -120,12 +120,8 @@ def settle(
 ) -> None:
     """Let `state` come to rest under heavy drag; raises if it diverges."""
     n = round(duration / SETTLE_STEP)
-    drive = engine.Drive(
-        activation=np.zeros((n, len(MUSCLE_GROUPS))),
-        gravity=np.array(gravity),
-        locked=locked,
-        pleural=pleural,
-    )
+    silent = np.zeros((n, len(MUSCLE_GROUPS)))
+    drive = engine.make_drive(silent, gravity=gravity, locked=locked, pleural=pleural)
     schedule = engine.Schedule(
         step=SETTLE_STEP, refresh_every=10, record_every=n + 1, drag=drag, speed_limit=20.0
     )
@@ -143,17 +139,11 @@ def residual(
     pleural: float,
 ) -> Floats:  # fmt: skip
     """(n_dof,), generalised forces on the resting bones, N and N m."""
-    drive = engine.Drive(
-        activation=np.zeros((1, len(MUSCLE_GROUPS))),
-        gravity=np.array(gravity),
-        locked=np.zeros(len(state.qvel)),
-        pleural=pleural,
-    )
+    silent, free = np.zeros((1, len(MUSCLE_GROUPS))), np.zeros(len(state.qvel))
+    drive = engine.make_drive(silent, gravity=gravity, locked=free, pleural=pleural)
     machine.set_gravity(gravity)
     engine.predict(machine.bones, plant, machine.work, state, 0.0)
-    engine.total_forces(
-        machine.bones, plant, machine.work, state, drive, drive.activation[0], 1e-3, np.empty(7)
-    )
+    engine.total_forces(machine.bones, plant, machine.work, state, drive, 0, 1e-3, np.empty(7))
     return machine.work.tau.copy()
 
 

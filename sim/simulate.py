@@ -81,6 +81,8 @@ def simulate(
     step: float = BREATH_STEP,
     rate: float = 50.0,
     tension: bool = False,
+    larynx: Floats | None = None,
+    bend: Floats | None = None,
     dump: Path | None = None,
 ) -> Trajectory:
     """Run from rest.
@@ -88,6 +90,9 @@ def simulate(
     Parameters
     ----------
     activation : (n_steps, n_groups), in [0, 1]
+    larynx : (n_steps,), Pa s/m^3, resistance of the larynx on top of the open airway's
+    bend : (n_steps, 8, 3), rad, rotation vectors of the spine's joints from below;
+        `sim.model.spine.spine_bend` makes them
     step : s
     rate : frames a second to keep
     tension : keep the tension of every element as well
@@ -111,11 +116,12 @@ def simulate(
         tension=np.zeros((n_frames if tension else 0, n_tension)),
     )
     machine.set_gravity(GRAVITY[posture])
-    drive = engine.Drive(
-        activation=np.ascontiguousarray(activation, dtype=float),
-        gravity=np.array(GRAVITY[posture]),
+    drive = engine.make_drive(
+        activation,
+        gravity=GRAVITY[posture],
         locked=bed(torso, posture),
-        pleural=np.nan,
+        larynx=larynx,
+        bend=bend,
     )
     schedule = engine.Schedule(
         step=step, refresh_every=REFRESH, record_every=every, drag=0.0, speed_limit=SPEED_LIMIT

@@ -14,13 +14,14 @@ from sim.physics.work import Work
 
 @compiled
 def lung_pressures(
-    k: Constants, gas: float, chest: float, step: float, out: Floats
+    k: Constants, gas: float, chest: float, larynx: float, step: float, out: Floats
 ) -> tuple[float, float]:
     """Pressures and flow at the end of a step with a given chest volume.
 
     Parameters
     ----------
     chest : volume of the chest cavity, m^3
+    larynx : resistance of the larynx on top of the open airway's, Pa s/m^3
     out : (4,), lung volume, alveolar and pleural pressure, flow out; written
 
     Returns
@@ -29,14 +30,13 @@ def lung_pressures(
     """
     volume = chest - k.tissue_volume
     cap = lung.flow_cap(volume, k.residual_volume, k.total_capacity, k.peak_flow)
-    flow = lung.outflow(gas, volume, step, k.atmosphere, k.airway_k1, k.airway_k2, cap)
+    k1 = k.airway_k1 + larynx
+    flow = lung.outflow(gas, volume, step, k.atmosphere, k1, k.airway_k2, cap)
     left = gas - step * k.atmosphere * flow
     alveolar = left / volume - k.atmosphere
     recoil = lung.recoil_pressure(volume, k.lung_limit, k.lung_scale, k.lung_rate)
     stiffness = lung.recoil_stiffness(volume, k.lung_limit, k.lung_scale, k.lung_rate)
-    stiffness += lung.alveolar_stiffness(
-        gas, volume, flow, step, k.atmosphere, k.airway_k1, k.airway_k2
-    )
+    stiffness += lung.alveolar_stiffness(gas, volume, flow, step, k.atmosphere, k1, k.airway_k2)
     out[0], out[1], out[2], out[3] = volume, alveolar, alveolar - recoil, flow
     return left, stiffness
 
@@ -48,6 +48,7 @@ def add_cavities(
     gravity: Floats,
     held_pleural: float,
     gas: float,
+    larynx: float,
     step: float,
     out: Floats,
 ) -> tuple[float, float, float]:
@@ -58,6 +59,7 @@ def add_cavities(
     gravity : (3,), m/s^2
     held_pleural : Pa; if not NaN the pleural pressure is held at it and the lung left out
     gas : pressure times volume of the gas in the lung, Pa m^3
+    larynx : its resistance, Pa s/m^3
     out : (7,), volumes of lung, chest, abdomen; alveolar, pleural, abdominal pressure; flow
 
     Returns
@@ -68,7 +70,7 @@ def add_cavities(
     chest = volume_and_normals(x, plant.chest_faces, work.chest_normal)
     belly = volume_and_normals(x, plant.abdomen_faces, work.abdomen_normal)
     lungs = np.empty(4)
-    left, chest_stiffness = lung_pressures(k, gas, chest, step, lungs)
+    left, chest_stiffness = lung_pressures(k, gas, chest, larynx, step, lungs)
     if not np.isnan(held_pleural):
         left, chest_stiffness, lungs[2] = gas, 0.0, held_pleural
     pressure = k.bulk_modulus * (k.abdomen_volume / belly - 1.0)

@@ -22,11 +22,16 @@ def rotation_vector(q: Floats, out: Floats) -> None:
 
 
 @compiled
-def add_joints(joints: Joints, qpos: Floats, qvel: Floats, tau: Floats) -> None:
+def add_joints(joints: Joints, bend: Floats, qpos: Floats, qvel: Floats, tau: Floats) -> None:
     """Add the elastic, viscous and limit torques of all joints (dilorenzo2009, Eq. 3.1).
 
     The elastic torque is the exact gradient of 0.5 (r - r0)^T K (r - r0), r the rotation
     vector, up to third order in the angle.
+
+    Parameters
+    ----------
+    bend : (n, 3), rad, added to the slack rotation vectors of the first n ball joints
+    tau : (n_dof,), N m, added to
     """
     r, t = np.empty(3), np.empty(3)
     for j in range(joints.ball_dof.shape[0]):
@@ -35,7 +40,10 @@ def add_joints(joints: Joints, qpos: Floats, qvel: Floats, tau: Floats) -> None:
         for c in range(3):
             t[c] = 0.0
             for k in range(3):
-                t[c] += joints.ball_stiffness[j, c, k] * (r[k] - joints.ball_rest[j, k])
+                rest = joints.ball_rest[j, k]
+                if j < bend.shape[0]:
+                    rest += bend[j, k]
+                t[c] += joints.ball_stiffness[j, c, k] * (r[k] - rest)
             top, bottom = joints.ball_limit[j, c], joints.ball_limit[j, c + 3]
             if r[c] > top:
                 t[c] += joints.limit_stiffness[j] * (r[c] - top)

@@ -115,7 +115,7 @@ def test_gas_leaves_by_the_flow_and_by_nothing_else(plant: Plant) -> None:
     gas, out = (k.atmosphere + 2000.0) * 3e-3, np.empty(4)
     gone = 0.0
     for _ in range(500):
-        left, _ = lung_pressures(plant.constants, gas, chest, step, out)
+        left, _ = lung_pressures(plant.constants, gas, chest, 0.0, step, out)
         gone += step * out[3]
         assert left == pytest.approx(gas - step * k.atmosphere * out[3], rel=1e-14)
         gas = left

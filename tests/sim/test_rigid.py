@@ -19,6 +19,7 @@ from sim.rest import Machine, RestState
 from sim.resting import RestingTorso
 
 seeds = st.integers(0, 2**32 - 1)
+STRAIGHT = np.zeros((0, 3))
 
 
 def scipy_to_mujoco(rotation: Rotation) -> Floats:
@@ -53,9 +54,12 @@ def energy(joints: Joints, rotation: Rotation) -> float:
     )
 
 
-def torque(joints: Joints, rotation: Rotation, rate: Floats | None = None) -> Floats:
+def torque(
+    joints: Joints, rotation: Rotation, rate: Floats | None = None, bend: Floats = STRAIGHT
+) -> Floats:
     tau = np.zeros(3)
-    add_joints(joints, scipy_to_mujoco(rotation), np.zeros(3) if rate is None else rate, tau)
+    speed = np.zeros(3) if rate is None else rate
+    add_joints(joints, bend, scipy_to_mujoco(rotation), speed, tau)
     return tau
 
 
@@ -96,6 +100,18 @@ def test_joint_torque_is_the_gradient_of_its_energy(seed: int, angle: float) -> 
 
 @given(seeds)
 @settings(deadline=None)
+def test_a_bend_moves_the_slack_pose(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    joints, bend = one_ball(seed), rng.uniform(-0.3, 0.3, (1, 3))
+    moved = joints._replace(ball_rest=joints.ball_rest + bend)
+    rotation = Rotation.from_rotvec(rng.uniform(-0.4, 0.4, 3))
+    np.testing.assert_allclose(
+        torque(joints, rotation, bend=bend), torque(moved, rotation), rtol=1e-12, atol=1e-12
+    )
+
+
+@given(seeds)
+@settings(deadline=None)
 def test_limits_push_back_along_the_gradient_too(seed: int) -> None:
     joints = one_ball(seed, limited=True)
     axis = np.random.default_rng(seed + 1).standard_normal(3)
@@ -124,7 +140,7 @@ def test_hinge_pulls_back_to_its_slack_angle() -> None:
         hinge_damping=np.array([0.5]), hinge_rest=np.array([0.1]),
     )  # fmt: skip
     tau = np.zeros(1)
-    add_joints(joints, np.array([0.3]), np.array([2.0]), tau)
+    add_joints(joints, STRAIGHT, np.array([0.3]), np.array([2.0]), tau)
     assert tau[0] == pytest.approx(-3.0 * 0.2 - 0.5 * 2.0)
 
 
