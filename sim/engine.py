@@ -178,6 +178,9 @@ def total_forces(
     result = add_cavities(
         plant, work, drive.gravity, drive.pleural, state.gas[0], larynx, step, out
     )
+    for k in range(plant.carried.shape[0]):
+        for c in range(3):
+            work.f[plant.carried[k], c] -= plant.carried_mass[k] * drive.gravity[c]
     project(
         work.riders, plant.tree, work.x, work.f, bones.centre, bones.motion, work.wrench, work.tau
     )

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim.errors import ParameterError
+from sim.model.girdle import girdle_places
 from sim.physics.types import Floats
 from sim.tables import Parameters, body_size, bone_arrays, read_rows
 
@@ -55,6 +56,7 @@ class Anatomy:
     front, process : level name -> (3,), front of the body, tip of the spinous process
     joint : level name -> (3,), lower end plate
     skull_base : (3,)
+    girdle : name -> (2, 3), landmarks of shoulder girdles and arms, left and right
     pelvis_rim : (n, 3), from the back midline over the left crest to the pubis and back
     scale : (3,), of this subject against the reference man
     skin : thickness of everything between the chest sheet and the skin, m
@@ -71,6 +73,7 @@ class Anatomy:
     process: dict[str, Floats]
     joint: dict[str, Floats]
     skull_base: Floats
+    girdle: dict[str, Floats]
     pelvis_rim: Floats
     scale: Floats
     skin: float
@@ -171,9 +174,11 @@ def build_anatomy(subject: Subject, parameters: Parameters, fit_scale: Floats) -
         points[:, 1] = 0.0
         return dict(zip(names, points, strict=True))
 
+    girdle = {name: place(at) * scale for name, at in _girdle_landmarks(bones).items()}
     rim = place(bones["pelvis/rim"])
     front = outline[0] * scale
     notch = front[np.argmax(front[:, 2])]
+    tall = subject.stature * fit_scale[2]
     skin = max(parameters["least_skin"], 0.5 * (size["chest_breadth"] - _breadth(rib * scale)))
     return Anatomy(
         rib=rib * scale,
@@ -185,6 +190,9 @@ def build_anatomy(subject: Subject, parameters: Parameters, fit_scale: Floats) -
         process=levels_of("spine/process"),
         joint=levels_of("spine/bottom"),
         skull_base=levels_of("spine/top")["C1"],
+        girdle=girdle_places(
+            girdle, notch, 0.5 * size["biacromial_breadth"] * fit_scale[1], tall, parameters
+        ),
         pelvis_rim=rim * scale,
         scale=scale,
         skin=skin,
@@ -192,6 +200,17 @@ def build_anatomy(subject: Subject, parameters: Parameters, fit_scale: Floats) -
         navel_height=notch[2]
         - (size["jugular_notch_height"] - size["navel_height"]) * fit_scale[2],
     )
+
+
+def _girdle_landmarks(bones: dict[str, np.ndarray]) -> dict[str, Floats]:
+    """Left clavicle and scapula, (3,) each, and the notch, in the bone set's own frame."""
+    names = ("clavicle_sternal", "clavicle_acromial", "acromion", "inferior_angle")
+    out = {name: np.asarray(bones[f"girdle/{name}"][0]) for name in names}
+    scapula, front = bones["mesh/scapula_L/vertices"], bones["sternum/outline"][0]
+    out["coracoid"] = scapula[np.argmax(scapula[:, 0])]
+    out["superior_angle"] = scapula[np.argmax(scapula[:, 2] - scapula[:, 1])]
+    out["notch"] = front[np.argmax(front[:, 2])] * [1.0, 0.0, 1.0]
+    return out
 
 
 def _breadth(rib: Floats) -> float:

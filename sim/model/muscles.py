@@ -27,6 +27,11 @@ MUSCLE_GROUPS = (
     "internal_oblique",
     "transversus",
     "erector_spinae",
+    "shoulder_elevators",
+    "shoulder_depressors",
+    "shoulder_retractors",
+    "serratus_anterior",
+    "subclavius",
 )
 
 
@@ -86,6 +91,13 @@ class TissueList:
         self.damping.append(stiffness * time)
 
 
+def layer_thickness() -> dict[str, float]:
+    """Thickness of every group's layer, m."""
+    return {
+        row["group"]: float(row["thickness_mm"]) * 1e-3 for row in read_rows("muscle_layers.csv")
+    }
+
+
 def pack_muscles(points: Points, muscles: MuscleList, slots: dict[tuple[int, int], int],
                  parameters: Parameters) -> Muscles:  # fmt: skip
     """Arrays of the muscle elements in the calibrated Hill law."""
@@ -95,7 +107,8 @@ def pack_muscles(points: Points, muscles: MuscleList, slots: dict[tuple[int, int
     length = np.linalg.norm(x[b] - x[a], axis=1)
     group, chain = np.array(muscles.group), np.array(muscles.chain)
     names = [MUSCLE_GROUPS[g] for g in group]
-    thickness = np.array([float(layers[g]["thickness_mm"]) * 1e-3 for g in names])
+    of_layer = layer_thickness()
+    thickness = np.array([of_layer[g] for g in names])
     optimum = np.array([float(layers[g]["frc_over_optimal"]) for g in names])
     passive = np.array([float(layers[g]["passive_share"]) for g in names])
     f_max = thickness * np.array(muscles.width) * parameters["specific_tension"]

@@ -8,6 +8,8 @@ import mujoco
 import numpy as np
 
 from sim.model.anatomy import SIDES, Anatomy, Subject
+from sim.model.bodies import add_body, ball
+from sim.model.girdle import add_girdles, girdle_joints
 from sim.physics.plant import Joints, Tree
 from sim.physics.types import Floats
 from sim.tables import Parameters, read_rows
@@ -51,30 +53,6 @@ class Skeleton:
     tree: Tree
 
 
-def _inertia(points: Floats, mass: float, thickness: float) -> list[float]:
-    """Full inertia of a mass spread evenly over points about their mean; xx yy zz xy xz yz."""
-    r = points - points.mean(axis=0)
-    spread = mass * (r.T @ r) / len(r)
-    tensor = np.trace(spread) * np.eye(3) - spread + 0.4 * mass * thickness**2 * np.eye(3)
-    return [tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[0, 2], tensor[1, 2]]
-
-
-def _add_body(
-    parent: mujoco.MjsBody, name: str, at: Floats, origin: Floats, points: Floats, mass: float,
-    thickness: float,
-) -> mujoco.MjsBody:  # fmt: skip
-    body = parent.add_body(name=name, pos=list(at - origin))
-    body.mass = mass
-    body.ipos = list(points.mean(axis=0) - at)
-    body.fullinertia = _inertia(points, mass, thickness)
-    body.explicitinertial = True
-    return body
-
-
-def _ball(body: mujoco.MjsBody, name: str) -> None:
-    body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_BALL)
-
-
 def cartilage_line(anatomy: Anatomy, side: int, rib: int) -> tuple[Floats, Floats]:
     """Lateral and sternal end of a costal cartilage, rib 1 to 7."""
     return anatomy.rib[side, rib - 1, -1], anatomy.facet[side, rib - 1]
@@ -107,8 +85,8 @@ def _add_ribs(
             name, line = f"rib_{letter}{i + 1}", anatomy.rib[side, i]
             parent = segment_of(f"T{i + 1}")
             share = mass * _length(line) / total
-            bodies[name] = _add_body(bodies[parent], name, line[0], at[parent], line, share, 0.02)
-            _ball(bodies[name], name)
+            bodies[name] = add_body(bodies[parent], name, line[0], at[parent], line, share, 0.02)
+            ball(bodies[name], name)
             at[name] = line[0]
 
 
@@ -137,7 +115,7 @@ def _add_cartilage(
                 points = np.vstack([tips, margin, inner])
                 outer = tips.mean(axis=0)
             part = name.replace(f"_{letter}", "_")
-            body = _add_body(bodies["sternum"], name, inner, origin, points, masses[part], 0.01)
+            body = add_body(bodies["sternum"], name, inner, origin, points, masses[part], 0.01)
             along = (outer - inner) / np.linalg.norm(outer - inner)
             up = np.array([0.0, 0.0, 1.0]) - along[2] * along
             up /= np.linalg.norm(up)
@@ -167,25 +145,26 @@ def build_skeleton(
         base = anatomy.joint[low]
         levels = [v for k, v in anatomy.spine.items() if segment_of(k) == name]
         points = np.vstack([levels, [anatomy.process[low], anatomy.process[high]]])
-        bodies[name] = _add_body(bodies[parent], name, base, at[parent], points, masses[name], 0.06)
-        _ball(bodies[name], name)
+        bodies[name] = add_body(bodies[parent], name, base, at[parent], points, masses[name], 0.06)
+        ball(bodies[name], name)
         at[name], parent = base, name
     base = anatomy.skull_base
     head = base + np.array([[0.0, 0.0, 0.03], [0.09, 0.0, 0.12], [-0.07, 0.0, 0.12]])
-    bodies["skull"] = _add_body(
+    bodies["skull"] = add_body(
         bodies[parent], "skull", base, at[parent], head, masses["skull"], 0.08
     )
-    _ball(bodies["skull"], "skull")
+    ball(bodies["skull"], "skull")
     _add_ribs(bodies, anatomy, at, masses["ribs"])
     middle = anatomy.sternum_back.mean(axis=0)
     line = np.vstack([anatomy.sternum_front, anatomy.sternum_back, *anatomy.facet])
-    bodies["sternum"] = _add_body(
+    bodies["sternum"] = add_body(
         spec.worldbody, "sternum", middle, np.zeros(3), line, masses["sternum"], 0.01
     )
     bodies["sternum"].add_freejoint(name="sternum")
     _add_cartilage(bodies, anatomy, middle, masses, parameters)
+    add_girdles(bodies, anatomy.girdle, middle, subject.mass, parameters)
     centre = tendon.mean(axis=0)
-    bodies["central_tendon"] = _add_body(
+    bodies["central_tendon"] = add_body(
         spec.worldbody, "central_tendon", centre, np.zeros(3), tendon,
         parameters["tendon_mass"], 0.01,
     )  # fmt: skip
@@ -255,6 +234,8 @@ def _build_joints(model: mujoco.MjModel, body: dict[str, int], parameters: Param
             k3 = axes.T @ np.diag(stiffness) @ axes
             friction = parameters["rib_friction"] * np.eye(3)
             balls.append((f"rib_{letter}{rib}", k3, friction, np.full(6, np.pi), 0.0))
+    for name, hold, slow in girdle_joints(parameters):
+        balls.append((name, hold * np.eye(3), slow * np.eye(3), np.full(6, np.pi), 0.0))
     hinges = [j for j in range(model.njnt) if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE]
     n = len(hinges)
     ids = [model.joint(b[0]).id for b in balls]

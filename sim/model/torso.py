@@ -9,7 +9,10 @@ import numpy as np
 
 from sim.model.anatomy import Anatomy, Subject, build_anatomy
 from sim.model.cavity import Cavity, CavityBuilder, tendon_edge
+from sim.model.contacts import build_contacts
+from sim.model.girdle import GirdleBuilder, add_carried
 from sim.model.intercostals import IntercostalBuilder
+from sim.model.links import build_links
 from sim.model.mesh import orient
 from sim.model.muscles import (
     MuscleList,
@@ -19,11 +22,10 @@ from sim.model.muscles import (
 )
 from sim.model.points import Points
 from sim.model.sheets import SheetBuilder
-from sim.model.skeleton import Skeleton, build_skeleton
+from sim.model.skeleton import Skeleton, build_skeleton, segment_of
 from sim.physics.blocks import analyse
-from sim.physics.contact import cross_sheet
 from sim.physics.muscle import HILL
-from sim.physics.plant import Constants, Contacts, Links, Plant
+from sim.physics.plant import Constants, Links, Plant
 from sim.physics.surface import enclosed_volume
 from sim.physics.types import Floats, Ints
 from sim.tables import Parameters, read_rows
@@ -99,12 +101,18 @@ def build_torso(
     cavity = CavityBuilder(points, skeleton.body, anatomy, p).build()
     muscles, tissue = MuscleList(), TissueList()
     IntercostalBuilder(points, muscles, skeleton.body, anatomy, p).build()
+    GirdleBuilder(
+        points, muscles, skeleton.body, anatomy.girdle,
+        {"spine": anatomy.spine, "skull": {"base": anatomy.skull_base}}, anatomy.rib,
+        {level: segment_of(level) for level in anatomy.spine},
+    ).build()  # fmt: skip
+    hung = add_carried(points, skeleton.body, anatomy.girdle, subject.mass, p)
     sheets = SheetBuilder(points, muscles, tissue, cavity, p)
     sheets.diaphragm()
     sheets.crura(skeleton.body["T9-T12"])
     sheets.wall()
-    links = _links(points, skeleton, anatomy, p)
-    plant = _pack(points, skeleton, cavity, muscles, tissue, links, subject, p)
+    links = build_links(points, skeleton, anatomy, p)
+    plant = _pack(points, skeleton, cavity, muscles, tissue, links, hung, subject, p)
     outer = orient_tube(points, cavity, plant)
     return Torso(
         subject=subject,
@@ -126,80 +134,6 @@ def orient_tube(points: Points, cavity: Cavity, plant: Plant) -> Ints:
     both = np.vstack([plant.chest_faces, plant.abdomen_faces])
     keep = [tuple(sorted(f)) not in dome for f in both.tolist()]
     return np.asarray(both[keep])
-
-
-def _links(points: Points, skeleton: Skeleton, anatomy: Anatomy, p: Parameters) -> Links:
-    """Ties between ribs, cartilages and sternum.
-
-    A rib's tip rides on its cartilage. Rib and cartilage are also one bar, joined to the sternum
-    by a joint that turns: a rib that turns carries the sternum along, as far as the cartilage, a
-    cantilever of length L, does not bend (3 E I / L^3).
-    """
-    a, b, axes, along, across = [], [], [], [], []
-    rigidity = 3.0 * p["cartilage_modulus"] * p["cartilage_second_moment"]
-    for side, letter in enumerate("LR"):
-        for rib in range(1, 11):
-            tip = anatomy.rib[side, rib - 1, -1]
-            inner = anatomy.facet[side, min(rib, 7) - 1]
-            part = f"cartilage_{letter}{rib}" if 2 <= rib < 6 else f"cartilage_{letter}6-10"
-            part = "sternum" if rib == 1 else part
-            a.append(points.add(skeleton.body[f"rib_{letter}{rib}"], tip))
-            b.append(points.add(skeleton.body[part], tip))
-            length = float(np.linalg.norm(inner - tip))
-            axes.append((inner - tip) / length)
-            kind = "first" if rib == 1 else "true" if rib <= 7 else "false"
-            along.append(p[f"link_along_{kind}"])
-            across.append(p[f"link_across_{kind}"])
-            if kind == "true":
-                a.append(points.add(skeleton.body[f"rib_{letter}{rib}"], inner))
-                b.append(points.add(skeleton.body["sternum"], inner))
-                axes.append(axes[-1])
-                along.append(p["bar_along"])
-                across.append(rigidity / length**3)
-    return Links(
-        a=points.resolve(a),
-        b=points.resolve(b),
-        axis=np.array(axes),
-        along=np.array(along),
-        across=np.array(across),
-        damping=np.full(len(a), p["link_damping"]),
-    )
-
-
-def _neighbours(faces: Ints) -> Ints:
-    owners: dict[int, list[int]] = {}
-    for f, face in enumerate(faces.tolist()):
-        for v in face:
-            owners.setdefault(v, []).append(f)
-    near = [
-        sorted({g for v in face for g in owners[v]} - {f}) for f, face in enumerate(faces.tolist())
-    ]
-    out = np.full((len(faces), max(map(len, near)) + 1), -1, dtype=np.int64)
-    for f, row in enumerate(near):
-        out[f, : len(row)] = row
-    return out
-
-
-TIE = 1e-6
-"""Difference of barycentric weights that counts as none."""
-
-
-def _contacts(x: Floats, dome: Ints, sheet: Ints, axis: float) -> Contacts:
-    weight, normal = np.zeros(3), np.zeros(3)
-    start = []
-    for p in dome:
-        inside = np.array(
-            [cross_sheet(x, sheet, g, p, axis, weight, normal)[1] for g in range(len(sheet))]
-        )
-        # in the mid-plane two mirrored faces are as good: the first, not what rounding says
-        start.append(int(np.argmax(inside > inside.max() - TIE)))
-    return Contacts(
-        point=dome,
-        face=sheet,
-        neighbour=_neighbours(sheet),
-        start=np.array(start, dtype=np.int64),
-        axis=axis,
-    )
 
 
 def _masses(cavity: Cavity, n: int, p: Parameters) -> tuple[Floats, Floats]:
@@ -246,6 +180,7 @@ def _pack(
     muscles: MuscleList,
     tissue: TissueList,
     links: Links,
+    hung: tuple[list[int], list[float]],
     subject: Subject,
     p: Parameters,
 ) -> Plant:
@@ -272,13 +207,15 @@ def _pack(
         muscles=pack_muscles(points, muscles, slots, p),
         tissue=pack_tissue(points, tissue, slots),
         links=links,
-        contacts=_contacts(x, points.resolve(dome), sheet, p["torso_axis"]),
+        contacts=build_contacts(x, points.resolve(dome), sheet, p["torso_axis"]),
         constants=_constants(subject, p, enclosed_volume(x, chest), enclosed_volume(x, belly)),
         pattern=pattern,
         point_body=body,
         point_local=x[:n_bound] - data.xpos[body],
         particle_inertia=inertia,
         particle_weight=weight,
+        carried=points.resolve(hung[0]),
+        carried_mass=np.array(hung[1]),
         chest_faces=chest,
         abdomen_faces=belly,
         reference=np.array([0.0, 0.0, x[points.resolve(cavity.diaphragm)[0, 0], 2]]),

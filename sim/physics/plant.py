@@ -152,6 +152,9 @@ class Plant(NamedTuple):
     particle_inertia: Floats
     particle_weight: Floats
     """(n_particles,), kg that moves and kg that weighs"""
+    carried: Ints
+    carried_mass: Floats
+    """(n,), points at which a weight is carried by what is not modelled, and the masses, kg"""
     chest_faces: Ints
     abdomen_faces: Ints
     reference: Floats

@@ -49,8 +49,9 @@ def test_bones_and_skin_hardly_stir(resting: RestingTorso, ten_seconds: Trajecto
 def test_pleural_pressure_is_that_of_rest(resting: RestingTorso, ten_seconds: Trajectory) -> None:
     assert ten_seconds.pleural[-1] / CMH2O == pytest.approx(-5.0, abs=0.1)
     assert abs(ten_seconds.alveolar[-1]) / CMH2O < 0.02
-    # net flow of the last five seconds, against some 300 mL/s in quiet breathing
-    assert abs(ten_seconds.flow[-50:].mean()) < 1e-6
+    # net flow of the last five seconds, against some 300 mL/s in quiet breathing; from the volume,
+    # as single frames of the flow show the contact's chatter
+    assert abs(ten_seconds.lung[-1] - ten_seconds.lung[-51]) / 5.0 < 1e-6
 
 
 def test_lung_holds_the_predicted_volume(resting: RestingTorso, ten_seconds: Trajectory) -> None:
@@ -91,7 +92,6 @@ def test_lying_down_takes_air_out(resting: RestingTorso) -> None:
     assert air_lost_lying(resting) > 0.0
 
 
-@pytest.mark.xfail(strict=True, reason="0.44 L: the dome rises too little (docs/calibration.md)")
 def test_lying_down_takes_as_much_air_out_as_measured(resting: RestingTorso) -> None:
     # 0.5 to 1.1 L (Agostoni & Hyatt 1986)
     assert 0.5e-3 < air_lost_lying(resting) < 1.1e-3

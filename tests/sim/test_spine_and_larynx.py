@@ -49,8 +49,8 @@ def test_the_back_bends_the_named_way(
     turned = replay(resting, run, np.zeros(0, dtype=np.int64)).rotation[[0, -1]]
     skull = Rotation.from_matrix(turned[:, model.body("skull").id])
     turn = np.degrees((skull[1] * skull[0].inv()).as_rotvec())
-    # servos give a little under the weight that leans
-    assert 15.0 < turn @ axis < 27.0
+    # the bend is the servos' set point; the weight that leans takes the back further, most sideways
+    assert 15.0 < turn @ axis < 30.0
     assert np.linalg.norm(turn - (turn @ axis) * np.array(axis)) < 4.0
 
 

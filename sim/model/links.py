@@ -1,0 +1,49 @@
+"""Ties between ribs, cartilages and sternum."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sim.model.anatomy import Anatomy
+from sim.model.points import Points
+from sim.model.skeleton import Skeleton
+from sim.physics.plant import Links
+from sim.tables import Parameters
+
+
+def build_links(points: Points, skeleton: Skeleton, anatomy: Anatomy, p: Parameters) -> Links:
+    """Ties between ribs, cartilages and sternum.
+
+    A rib's tip rides on its cartilage. Rib and cartilage are also one bar, joined to the sternum
+    by a joint that turns: a rib that turns carries the sternum along, as far as the cartilage, a
+    cantilever of length L, does not bend (3 E I / L^3).
+    """
+    a, b, axes, along, across = [], [], [], [], []
+    rigidity = 3.0 * p["cartilage_modulus"] * p["cartilage_second_moment"]
+    for side, letter in enumerate("LR"):
+        for rib in range(1, 11):
+            tip = anatomy.rib[side, rib - 1, -1]
+            inner = anatomy.facet[side, min(rib, 7) - 1]
+            part = f"cartilage_{letter}{rib}" if 2 <= rib < 6 else f"cartilage_{letter}6-10"
+            part = "sternum" if rib == 1 else part
+            a.append(points.add(skeleton.body[f"rib_{letter}{rib}"], tip))
+            b.append(points.add(skeleton.body[part], tip))
+            length = float(np.linalg.norm(inner - tip))
+            axes.append((inner - tip) / length)
+            kind = "first" if rib == 1 else "true" if rib <= 7 else "false"
+            along.append(p[f"link_along_{kind}"])
+            across.append(p[f"link_across_{kind}"])
+            if kind == "true":
+                a.append(points.add(skeleton.body[f"rib_{letter}{rib}"], inner))
+                b.append(points.add(skeleton.body["sternum"], inner))
+                axes.append(axes[-1])
+                along.append(p["bar_along"])
+                across.append(rigidity / length**3)
+    return Links(
+        a=points.resolve(a),
+        b=points.resolve(b),
+        axis=np.array(axes),
+        along=np.array(along),
+        across=np.array(across),
+        damping=np.full(len(a), p["link_damping"]),
+    )
