@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from sim import engine
-from sim.errors import UnstableSimulation
+from sim.errors import ParameterError, UnstableSimulation
 from sim.model.landmarks import skin_places
 from sim.model.muscles import MUSCLE_GROUPS
+from sim.model.torso import Torso
+from sim.physics.one_way import one_way_run
 from sim.physics.types import Floats, Ints
 from sim.rest import GRAVITY, Machine, bed, copy_state
 from sim.resting import RestingTorso
@@ -21,6 +23,7 @@ BREATH_STEP = 0.002
 REFRESH = 150
 """Steps for which a factorisation serves."""
 SPEED_LIMIT = 20.0
+LUNGS = ("two_way", "one_way")
 LEVELS = ("external_intercostals", "diaphragm", "internal_intercostals", "abdomen")
 
 
@@ -83,6 +86,7 @@ def simulate(
     tension: bool = False,
     larynx: Floats | None = None,
     bend: Floats | None = None,
+    lung: str = "two_way",
     dump: Path | None = None,
 ) -> Trajectory:
     """Run from rest.
@@ -93,6 +97,8 @@ def simulate(
     larynx : (n_steps,), Pa s/m^3, resistance of the larynx on top of the open airway's
     bend : (n_steps, 8, 3), rad, rotation vectors of the spine's joints from below;
         `sim.model.spine.spine_bend` makes them
+    lung : "two_way", or "one_way" as in dilorenzo2009 section 6.3.1: the pleural pressure stays as
+        at rest, and lung volume, pressures and flow follow from the chest's volume, frame by frame
     step : s
     rate : frames a second to keep
     tension : keep the tension of every element as well
@@ -103,6 +109,8 @@ def simulate(
     UnstableSimulation
         if a speed passes 20 m/s or stops being a number
     """
+    if lung not in LUNGS:
+        raise ParameterError(f"lung is {lung!r}. Use {' or '.join(LUNGS)}.")
     rest = resting.rest(posture)
     torso, state = rest.torso, copy_state(rest.state)
     machine = Machine(torso)
@@ -120,6 +128,7 @@ def simulate(
         activation,
         gravity=GRAVITY[posture],
         locked=bed(torso, posture),
+        pleural=torso.parameters["end_expiratory_pleural"] if lung == "one_way" else np.nan,
         larynx=larynx,
         bend=bend,
     )
@@ -130,6 +139,8 @@ def simulate(
     if done < len(activation):
         raise UnstableSimulation(_diverged(done * step, machine, state), _dump(dump, state))
     s = record.scalars
+    if lung == "one_way":
+        s = _one_way(torso, s, every * step)
     return Trajectory(
         time=np.arange(1, n_frames + 1, dtype=np.float64) * (every * step),
         qpos=record.qpos,
@@ -143,6 +154,17 @@ def simulate(
         flow=s[:, 6],
         tension=record.tension,
     )
+
+
+def _one_way(torso: Torso, scalars: Floats, frame: float) -> Floats:
+    """The frames with the papers' lung in place of what the engine wrote."""
+    p, out, found = torso.parameters, scalars.copy(), np.empty((len(scalars), 4))
+    one_way_run(
+        np.ascontiguousarray(scalars[:, 1]), frame, p["one_way_share"], p["one_way_compliance"],
+        -p["end_expiratory_pleural"], p["one_way_k"], p["atmosphere"], found,
+    )  # fmt: skip
+    out[:, [0, 3, 4, 6]] = found
+    return out
 
 
 def _diverged(time: float, machine: Machine, state: engine.State) -> str:
