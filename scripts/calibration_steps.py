@@ -105,11 +105,7 @@ class Bench:
         schedule = engine.Schedule(
             step=STEP, refresh_every=10, record_every=n, drag=drag, speed_limit=SPEED_LIMIT
         )
-        record = no_record(self.torso)._replace(
-            qpos=np.zeros((1, len(self.state.qpos))),
-            soft=np.zeros((1, *self.state.soft.shape)),
-            scalars=np.zeros((1, 9)),
-        )
+        record = engine.make_record(1, n_q=len(self.state.qpos), n_particles=self.torso.n_particles)
         self.machine.set_gravity(gravity)
         work = self.machine.work
         done = engine.run(self.machine.bones, self.plant, work, self.state, schedule, drive, record)

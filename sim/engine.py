@@ -7,8 +7,6 @@ loop holds no lock of the interpreter, so runs go side by side in threads, bit f
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from sim.bones import (
@@ -20,7 +18,8 @@ from sim.bones import (
     mj_makeM,
     mj_rne,
 )
-from sim.errors import ParameterError
+from sim.drive import Drive, Record, Schedule, State, make_drive, make_record
+from sim.physics.ball import add_ball
 from sim.physics.borrow import borrow
 from sim.physics.cavities import add_cavities
 from sim.physics.compiled import compiled, inner
@@ -33,95 +32,23 @@ from sim.physics.system import refresh, solve_step
 from sim.physics.types import Floats, Ints
 from sim.physics.work import Work
 
+__all__ = [
+    "Drive",
+    "Record",
+    "Schedule",
+    "State",
+    "make_drive",
+    "make_record",
+    "predict",
+    "replay",
+    "run",
+    "total_forces",
+]
+
 BRISK, BRISK_EVERY = 0.25, 3
 """Speed, m/s, above which threads turn so fast that the matrix is renewed every few steps."""
 FOLLOW_EVERY = 2
 """Steps after which the diaphragm particles look for the face beside them."""
-
-
-class State(NamedTuple):
-    """What changes during a run."""
-
-    qpos: Floats
-    qvel: Floats
-    soft: Floats
-    soft_velocity: Floats
-    """(n_particles, 3), m and m/s"""
-    gas: Floats
-    """(1,), pressure times volume of the gas in the lung, Pa m^3"""
-
-
-class Schedule(NamedTuple):
-    """How to run."""
-
-    step: float
-    refresh_every: int
-    record_every: int
-    drag: float
-    """1/s, damping of every velocity, for settling only"""
-    speed_limit: float
-    """m/s, beyond which the run has diverged"""
-
-
-class Drive(NamedTuple):
-    """What drives a run, step by step."""
-
-    activation: Floats
-    """(n_steps, n_groups)"""
-    gravity: Floats
-    """(3,), m/s^2"""
-    locked: Floats
-    """(n_dof,), kg or kg m^2 added to hold a degree of freedom"""
-    pleural: float
-    """Pa; if not NaN the pleural pressure is held at it and the lung left out"""
-    larynx: Floats
-    """(n_steps,) or (1,) for all of them, Pa s/m^3, what the larynx adds to the airway"""
-    bend: Floats
-    """(n_steps, n, 3) or (1, n, 3), rad, rotation vectors by which the slack poses of the first n
-    ball joints (the spine from below) are turned"""
-
-
-def make_drive(
-    activation: Floats,
-    *,
-    gravity: tuple[float, float, float],
-    locked: Floats,
-    pleural: float = np.nan,
-    larynx: Floats | None = None,
-    bend: Floats | None = None,
-) -> Drive:
-    """A drive with an open larynx and a straight back, unless they are given.
-
-    Raises
-    ------
-    ParameterError
-        if larynx or bend are not as long as the activation
-    """
-    for name, given in (("larynx", larynx), ("bend", bend)):
-        if given is not None and len(given) not in (1, len(activation)):
-            raise ParameterError(
-                f"{name} has {len(given)} steps, activation {len(activation)}. Give both the same."
-            )
-    return Drive(
-        activation=np.ascontiguousarray(activation, dtype=float),
-        gravity=np.array(gravity, dtype=float),
-        locked=locked,
-        pleural=pleural,
-        larynx=np.zeros(1) if larynx is None else np.ascontiguousarray(larynx, dtype=float),
-        bend=np.zeros((1, 0, 3)) if bend is None else np.ascontiguousarray(bend, dtype=float),
-    )
-
-
-class Record(NamedTuple):
-    """What a run leaves behind, a row a recorded frame."""
-
-    qpos: Floats
-    soft: Floats
-    scalars: Floats
-    """(n_frames, 9): lung, chest, abdomen volume; alveolar, pleural, abdominal pressure;
-    flow out; least contact gap; largest speed"""
-    tension: Floats
-    """(n_frames, n_elements) or empty"""
 
 
 @compiled
@@ -165,6 +92,8 @@ def total_forces(
 ) -> tuple[float, float, float]:
     """All forces at the predicted place: `work.tau` on the bones, `work.f` on the particles.
 
+    A ball makes its step here too, as nothing else hangs on it.
+
     Parameters
     ----------
     now : step of the drive
@@ -178,6 +107,7 @@ def total_forces(
     result = add_cavities(
         plant, work, drive.gravity, drive.pleural, state.gas[0], larynx, step, out
     )
+    add_ball(drive.ball, state.ball, drive.gravity, step, work.x, work.v, work.f)
     for k in range(plant.carried.shape[0]):
         for c in range(3):
             work.f[plant.carried[k], c] -= plant.carried_mass[k] * drive.gravity[c]
@@ -251,6 +181,7 @@ def _keep(record: Record, frame: int, work: Work, state: State, out: Floats, spe
     record.qpos[frame] = state.qpos
     record.soft[frame] = state.soft
     record.scalars[frame, :7] = out
+    record.ball[frame] = state.ball[:3]
     record.scalars[frame, 7] = work.gap.min() if work.gap.shape[0] > 0 else 0.0
     record.scalars[frame, 8] = speed
     if record.tension.shape[0] > 0:

@@ -88,6 +88,7 @@ def new_state(torso: Torso) -> engine.State:
         soft=torso.places[torso.n_bound :].copy(),
         soft_velocity=np.zeros((torso.n_particles, 3)),
         gas=np.array([k.atmosphere * (chest - k.tissue_volume)]),
+        ball=np.zeros(6),
     )
 
 
@@ -98,12 +99,7 @@ def copy_state(state: engine.State) -> engine.State:
 
 def no_record(torso: Torso) -> engine.Record:
     """A record that keeps nothing."""
-    return engine.Record(
-        qpos=np.zeros((0, torso.skeleton.model.nq)),
-        soft=np.zeros((0, torso.n_particles, 3)),
-        scalars=np.zeros((0, 9)),
-        tension=np.zeros((0, 0)),
-    )
+    return engine.make_record(0, n_q=torso.skeleton.model.nq, n_particles=torso.n_particles)
 
 
 def settle(

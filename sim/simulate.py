@@ -116,12 +116,11 @@ def simulate(
     machine = Machine(torso)
     every = max(1, round(1.0 / (rate * step)))
     n_frames = len(activation) // every
-    n_tension = len(torso.plant.muscles.a) if tension else 0
-    record = engine.Record(
-        qpos=np.zeros((n_frames, machine.model.nq)),
-        soft=np.zeros((n_frames, torso.n_particles, 3)),
-        scalars=np.zeros((n_frames, 9)),
-        tension=np.zeros((n_frames if tension else 0, n_tension)),
+    record = engine.make_record(
+        n_frames,
+        n_q=machine.model.nq,
+        n_particles=torso.n_particles,
+        n_elements=len(torso.plant.muscles.a) if tension else 0,
     )
     machine.set_gravity(GRAVITY[posture])
     drive = engine.make_drive(
