@@ -234,20 +234,22 @@ def run_task(task: Task, resting: RestingTorso) -> tuple[Motion, dict[str, Any]]
 
 def _lines(figures: dict[str, Any]) -> str:
     pleural = " to ".join(f"{p:.1f}" for p in figures["pleural_pressure_cmh2o"])
-    share = figures["rib_cage_share"]
+    share, rate = figures["rib_cage_share"], figures["breaths_per_min"]
     rib_cage = "nothing moved" if share is None else f"rib cage {100 * share:.0f} % of it"
+    many = figures["n_breaths"] > 1
     out = [
         f"{figures['style']}, {figures['posture']}, {figures['duration_s']:g} s:"
-        f" {figures['tidal_volume_l']:.2f} L a breath, {figures['breaths_per_min']:.3g} a minute",
+        f" {figures['tidal_volume_l']:.2f} L"
+        + (f" a breath, {rate:.3g} a minute" if many else " between least and largest"),
         f"  {rib_cage}, pleural {pleural} cmH2O, {figures['realtime_factor']:.1f} times real time",
     ]
-    if figures["n_breaths"] == 1:
+    if not many:
         bursts = figures["burst_rate_hz"]
         rhythm = "" if bursts is None else f"{bursts:.1f} bursts a second, "
         out.append(
             f"  {rhythm}{figures['volume_fall_l']:.2f} L below rest, at most"
             f" {figures['peak_gastric_pressure_cmh2o']:.0f} cmH2O in the belly and"
-            f" {figures['peak_flow_l_s']:.1f} L/s, larynx closed"
+            f" {figures['peak_flow_l_s']:.1f} L/s out, larynx closed for"
             f" {figures['closed_glottis_s']:.2g} s"
         )
     if not figures["steady"]:
