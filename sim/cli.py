@@ -29,7 +29,7 @@ from sim.writing import write_summary
 
 LONGEST = 300.0
 """s; every frame of a run is held in memory."""
-MOST_FRAMES = 10_000
+MOST_FRAMES, MOST_STEPS = 10_000, 600_000
 REFERENCE = ("male", 1.756, 75.0)
 """Whom the torso is calibrated for: sex, stature in m, mass in kg."""
 SIZE = ("sex", "stature_m", "mass_kg")
@@ -133,17 +133,12 @@ def _duration(options: argparse.Namespace, controls: Controls) -> float:
     duration = own if options.duration is None else float(options.duration)
     if duration is None:
         raise ParameterError(f"simulate: {controls.place} says no duration_s. Give --duration.")
-    name, least = controls.name, controls.run_cycle(duration)
-    if not (math.isfinite(duration) and least <= duration <= LONGEST):
+    least = controls.run_cycle(duration)
+    most = min(LONGEST, MOST_FRAMES / controls.run_frames, MOST_STEPS * controls.run_step)
+    if not (math.isfinite(duration) and least <= duration <= most):
         raise ParameterError(
-            f"simulate: --duration is {duration:g} s. A run of {name} has at least one"
-            f" breath: give {math.ceil(10 * least) / 10:g} to {LONGEST:g} s."
-        )
-    if duration * controls.run_frames > MOST_FRAMES:
-        most = MOST_FRAMES / controls.run_frames
-        raise ParameterError(
-            f"simulate: {duration:g} s of {name} at {controls.run_frames:g} frames a second do not"
-            f" fit in memory. Give up to {most:g} s."
+            f"simulate: --duration is {duration:g} s. A run of {controls.name} has at least one"
+            f" cycle and fits in memory: give {math.ceil(10 * least) / 10:g} to {most:g} s."
         )
     return duration
 
@@ -246,11 +241,12 @@ def _lines(figures: dict[str, Any]) -> str:
     if not many:
         bursts = figures["burst_rate_hz"]
         rhythm = "" if bursts is None else f"{bursts:.1f} bursts a second, "
+        closed = figures["closed_glottis_s"]
+        larynx = f", larynx closed for {closed:.2g} s" if closed else ""
         out.append(
             f"  {rhythm}{figures['volume_fall_l']:.2f} L below rest, at most"
             f" {figures['peak_gastric_pressure_cmh2o']:.0f} cmH2O in the belly and"
-            f" {figures['peak_flow_l_s']:.1f} L/s out, larynx closed for"
-            f" {figures['closed_glottis_s']:.2g} s"
+            f" {figures['peak_flow_l_s']:.1f} L/s out{larynx}"
         )
     if not figures["steady"]:
         out.append(f"  not steady: {figures['not_steady_because']}")

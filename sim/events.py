@@ -90,8 +90,9 @@ def event_figures(
         # against the first frame, as a catheter is read against its baseline
         "peak_gastric_pressure_cmh2o": _peak(gastric - gastric[0]),
         "peak_transdiaphragmatic_pressure_cmh2o": _peak(gastric - pleural - (gastric - pleural)[0]),
-        "peak_flow_l_s": float(trajectory.flow.max()) / CUBIC_METRE_PER_LITRE,
-        "peak_inspiratory_flow_l_s": -float(trajectory.flow.min()) / CUBIC_METRE_PER_LITRE,
+        "peak_flow_l_s": max(0.0, float(trajectory.flow.max())) / CUBIC_METRE_PER_LITRE,
+        "peak_inspiratory_flow_l_s": max(0.0, -float(trajectory.flow.min()))
+        / CUBIC_METRE_PER_LITRE,
     }
 
 

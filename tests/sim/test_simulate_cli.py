@@ -46,7 +46,7 @@ def subjects(tmp_path: Path) -> Path:
         (["missing.xml"], "missing.xml: there is no such file."),
         (["vital_capacity", "--form", "papers"], "vital_capacity has no form 'papers'. There are"),
         (["calm", "--form", "printed"], "invalid choice: 'printed'"),
-        (["cough", "--duration", "100"], "at 200 frames a second do not fit in memory"),
+        (["cough", "--duration", "100"], "give 3.5 to 50 s"),
         ([], "the following arguments are required: STYLE"),
         (["calm", "--duration", "long"], "invalid float value: 'long'"),
         (["calm", "--duration", "nan"], "--duration is nan s"),
