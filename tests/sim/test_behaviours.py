@@ -7,7 +7,8 @@ import pytest
 
 from sim.breaths import sawtooth
 from sim.control.library import FORMS, STYLES, behaviour_file, find_controls
-from sim.control.reader import read_controls
+from sim.control.reader import parse_controls, read_controls
+from sim.control.writer import format_controls
 from sim.errors import ParameterError
 from sim.simulate import BREATH_STEP, group_activation
 
@@ -22,6 +23,7 @@ def test_every_behaviour_can_be_run(style: str, form: str) -> None:
     assert duration is not None and controls.run_cycle(duration) <= duration
     activation = controls.drive(duration).activation
     assert 0.0 <= activation.min() < activation.max() <= 1.0
+    assert parse_controls(format_controls(controls).encode(), "again.xml") == controls
 
 
 @pytest.mark.parametrize("style", ["giggle", "laugh", "belly_laugh", "cough", "sneeze"])
