@@ -14,21 +14,22 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, NoReturn
 
+from sim.control.controls import Controls
+from sim.control.library import FORMS, STYLES, find_controls
 from sim.errors import InputError, ParameterError, TorsoError
+from sim.events import event_figures
 from sim.model.anatomy import Subject
 from sim.motion import Motion, motion, rest_motion
 from sim.rest import GRAVITY
 from sim.resting import RestingTorso, rest_torso
-from sim.simulate import BREATH_STEP, simulate
-from sim.styles import Style, find_style, read_styles
+from sim.simulate import simulate
 from sim.summary import summarise
 from sim.trajectory import save_motion
 from sim.writing import write_summary
 
-FRAME_RATE = 25.0
-"""Frames a second to keep."""
 LONGEST = 300.0
 """s; every frame of a run is held in memory."""
+MOST_FRAMES, MOST_STEPS = 10_000, 600_000
 REFERENCE = ("male", 1.756, 75.0)
 """Whom the torso is calibrated for: sex, stature in m, mass in kg."""
 SIZE = ("sex", "stature_m", "mass_kg")
@@ -46,9 +47,10 @@ def _parser() -> argparse.ArgumentParser:
         prog="pleura simulate", description="Let a torso breathe by itself.", allow_abbrev=False
     )
     add = parser.add_argument
-    add("style", metavar="STYLE", help=", ".join(read_styles()))
-    add("--duration", type=float, metavar="S", help="length of the run; else the style's own")
-    add("--posture", choices=list(GRAVITY), help="else the subject's, or upright")
+    add("style", metavar="STYLE|FILE.xml", help=f"{', '.join(STYLES)}; or a control file")
+    add("--form", choices=FORMS, default=FORMS[0], help="of a style: ours, or as printed")
+    add("--duration", type=float, metavar="S", help="length of the run; else the file's own")
+    add("--posture", choices=list(GRAVITY), help="else the file's, the subject's, or upright")
     add("--subject", metavar="NAME", help="a row of the table of subjects")
     add("--subjects", type=Path, metavar="TABLE", default=Path("config/subjects.tsv"))
     add("--sex", choices=("male", "female"))
@@ -67,12 +69,15 @@ class Task:
 
     Parameters
     ----------
+    style : as typed, without folder and ending
     name : of the subject
     duration : s
     json, out : files to write, if any
     """
 
-    style: Style
+    style: str
+    form: str | None
+    controls: Controls
     duration: float
     posture: str
     name: str
@@ -123,12 +128,17 @@ def _subject(options: argparse.Namespace, row: dict[str, str]) -> Subject:
         raise InputError(f"{options.subjects}: subject {options.subject}: {error}") from error
 
 
-def _duration(options: argparse.Namespace, style: Style) -> float:
-    duration = style.duration if options.duration is None else float(options.duration)
-    if not (math.isfinite(duration) and style.period <= duration <= LONGEST):
+def _duration(options: argparse.Namespace, controls: Controls) -> float:
+    own = controls.run_duration
+    duration = own if options.duration is None else float(options.duration)
+    if duration is None:
+        raise ParameterError(f"simulate: {controls.place} says no duration_s. Give --duration.")
+    least = controls.run_cycle(duration)
+    most = min(LONGEST, MOST_FRAMES / controls.run_frames, MOST_STEPS * controls.run_step)
+    if not (math.isfinite(duration) and least <= duration <= most):
         raise ParameterError(
-            f"simulate: --duration is {duration:g} s. A run of {style.name} has at least one"
-            f" breath: give {math.ceil(10 * style.period) / 10:g} to {LONGEST:g} s."
+            f"simulate: --duration is {duration:g} s. A run of {controls.name} has at least one"
+            f" cycle and fits in memory: give {math.ceil(10 * least) / 10:g} to {most:g} s."
         )
     return duration
 
@@ -149,22 +159,27 @@ def _check_file(flag: str, path: Path | None) -> None:
 def read_task(arguments: Sequence[str]) -> Task:
     """Read and check the words of a command line."""
     options = _parser().parse_args(list(arguments))
-    style = find_style(options.style)
+    controls = find_controls(options.style, options.form)
+    own_file = options.style.lower().endswith(".xml")
     if options.parameters == "papers":
         raise ParameterError(
             "simulate: --parameters papers: the set of the papers is not there yet. Use calibrated."
         )
     row = _row(options.subjects, options.subject) if options.subject else {}
-    posture = options.posture or row.get("posture") or "upright"
+    posture = options.posture or controls.posture or row.get("posture") or "upright"
     if posture not in GRAVITY:
         raise InputError(f"{options.subjects}: posture is '{posture}'. Use {' or '.join(GRAVITY)}.")
     _check_file("--json", options.json)
     _check_file("--out", options.out)
     if options.json is not None and options.json == options.out:
         raise ParameterError("simulate: --json and --out name one file. Give two.")
+    duration = _duration(options, controls)
+    controls.drive(duration)  # a value out of bounds is found before the torso is built
     return Task(
-        style=style,
-        duration=_duration(options, style),
+        style=Path(options.style).stem if own_file else options.style,
+        form=None if own_file else options.form,
+        controls=controls,
+        duration=duration,
         posture=posture,
         name=options.subject or "reference",
         subject=_subject(options, row),
@@ -181,21 +196,25 @@ def run_task(task: Task, resting: RestingTorso) -> tuple[Motion, dict[str, Any]]
     ----------
     resting : the task's subject at rest
     """
-    rest = rest_motion(resting, task.posture)
-    beside = task.out or task.json or Path(task.style.name)
-    activation = task.style.activation(task.duration, BREATH_STEP)
+    rest, controls = rest_motion(resting, task.posture), task.controls
+    beside = task.out or task.json or Path(task.style)
+    drive = controls.drive(task.duration)
     start = time.perf_counter()
     trajectory = simulate(
-        resting, activation, posture=task.posture, rate=FRAME_RATE,
-        tension=task.out is not None, dump=beside.with_suffix(".unstable.npz"),
+        resting, drive.activation, posture=task.posture, step=controls.run_step,
+        rate=controls.run_frames, tension=task.out is not None, larynx=drive.larynx,
+        bend=drive.bend, dump=beside.with_suffix(".unstable.npz"),
     )  # fmt: skip
     taken = time.perf_counter() - start
     moved = motion(resting, trajectory, posture=task.posture)
     torso, size = resting.torso, task.subject
-    figures = {"style": task.style.name, "duration_s": task.duration, "posture": task.posture}
-    figures |= {"subject": task.name, "sex": size.sex, "stature_m": size.stature}
-    figures |= {"mass_kg": size.mass, **summarise(moved, rest, rate=task.style.rate)}
-    if task.style.shape == "manoeuvre":
+    figures = {"style": task.style, "form": task.form, "duration_s": task.duration}
+    figures |= {"step_s": controls.run_step, "posture": task.posture, "subject": task.name}
+    figures |= {"sex": size.sex, "stature_m": size.stature, "mass_kg": size.mass}
+    figures |= summarise(moved, rest, rate=1.0 / controls.run_cycle(task.duration))
+    closed = controls.closed_time(task.duration)
+    figures |= event_figures(trajectory, moved, rest, closed=closed)
+    if task.style == "vital_capacity":
         figures["vital_capacity_l"] = figures["tidal_volume_l"]
     figures |= {
         "realtime_factor": task.duration / taken,
@@ -210,12 +229,25 @@ def run_task(task: Task, resting: RestingTorso) -> tuple[Motion, dict[str, Any]]
 
 def _lines(figures: dict[str, Any]) -> str:
     pleural = " to ".join(f"{p:.1f}" for p in figures["pleural_pressure_cmh2o"])
+    share, rate = figures["rib_cage_share"], figures["breaths_per_min"]
+    rib_cage = "nothing moved" if share is None else f"rib cage {100 * share:.0f} % of it"
+    many = figures["n_breaths"] > 1
     out = [
         f"{figures['style']}, {figures['posture']}, {figures['duration_s']:g} s:"
-        f" {figures['tidal_volume_l']:.2f} L a breath, {figures['breaths_per_min']:g} a minute",
-        f"  rib cage {100 * figures['rib_cage_share']:.0f} % of it, pleural {pleural} cmH2O,"
-        f" {figures['realtime_factor']:.1f} times real time",
+        f" {figures['tidal_volume_l']:.2f} L"
+        + (f" a breath, {rate:.3g} a minute" if many else " between least and largest"),
+        f"  {rib_cage}, pleural {pleural} cmH2O, {figures['realtime_factor']:.1f} times real time",
     ]
+    if not many:
+        bursts = figures["burst_rate_hz"]
+        rhythm = "" if bursts is None else f"{bursts:.1f} bursts a second, "
+        closed = figures["closed_glottis_s"]
+        larynx = f", larynx closed for {closed:.2g} s" if closed else ""
+        out.append(
+            f"  {rhythm}{figures['volume_fall_l']:.2f} L below rest, at most"
+            f" {figures['peak_gastric_pressure_cmh2o']:.0f} cmH2O in the belly and"
+            f" {figures['peak_flow_l_s']:.1f} L/s out{larynx}"
+        )
     if not figures["steady"]:
         out.append(f"  not steady: {figures['not_steady_because']}")
     return "\n".join(out)

@@ -12,12 +12,14 @@ from sim.model.anatomy import SIDES
 from sim.model.skeleton import segment_of
 from sim.motion import Motion
 from sim.physics.types import Floats, Ints
+from sim.units import PASCAL_PER_CMH2O
 
-PASCAL_PER_CMH2O = 98.0665
 STEADY_DRIFT = 5e-6
 """m^3; end-expiratory volume of a steady run drifts by less than this a breath."""
 STEADY_TIDAL = 0.01
 """Tidal volume of a steady run changes by less than this share a breath."""
+NOTHING = 1e-9
+"""m^3; a smaller volume has no shares."""
 DOME_HEIGHT = 0.03
 """m; what lies this near below the highest point of the diaphragm at rest is its dome."""
 
@@ -29,7 +31,9 @@ class Breath:
     Parameters
     ----------
     first, last : first frame and last frame of the period
-    low, high : frames of the least lung volume before the largest, and of the largest
+    low, high : frames of the least lung volume before the largest, and of the largest; a single
+        cycle that loses more air after its largest volume than it took in before it (a cough, a
+        laugh) has its least volume after it
     """
 
     first: int
@@ -49,6 +53,8 @@ def find_breaths(motion: Motion, period: float) -> list[Breath]:
         )
         high = first + int(np.argmax(lung[first : last + 1]))
         low = first + int(np.argmin(lung[first : high + 1]))
+        after = high + int(np.argmin(lung[high : last + 1]))
+        low = after if n == 1 and lung[after] < lung[low] else low
         out.append(Breath(first=first, last=last, low=low, high=high))
     return out
 
@@ -147,7 +153,7 @@ def steadiness(motion: Motion, breaths: list[Breath]) -> tuple[bool, float, str]
     before, last = breaths[-2:]
     drift = float(lung[last.last] - lung[before.last])
     tidal = [float(lung[b.high] - lung[b.low]) for b in (before, last)]
-    change = abs(tidal[1] / tidal[0] - 1.0)
+    change = abs(tidal[1] / tidal[0] - 1.0) if tidal[0] > 0.0 else 0.0
     reasons = []
     if abs(drift) >= STEADY_DRIFT:
         reasons.append(f"end-expiratory volume drifts {1e6 * drift:.1f} mL a breath")
@@ -180,10 +186,10 @@ def summarise(motion: Motion, rest: Motion, *, rate: float) -> dict[str, Any]:
         "end_expiratory_volume_l": 1e3 * float(lung[b.low]),
         "rib_rotation_deg": _degrees(rib_rotations(motion, rest, b.high)),
         **_excursions(motion, rest, b),
-        "rib_cage_share": swept["rib_cage"] / outer,
+        "rib_cage_share": swept["rib_cage"] / outer if abs(outer) > NOTHING else None,
         "rib_cage_volume_l": 1e3 * swept["rib_cage"],
         "abdominal_wall_volume_l": 1e3 * swept["belly"],
-        "compartment_sum_error": abs(outer - gain) / abs(gain),
+        "compartment_sum_error": abs(outer - gain) / abs(gain) if abs(gain) > NOTHING else None,
         "diaphragm_volume_l": 1e3 * swept["diaphragm"],
         "pleural_pressure_cmh2o": _span(motion.pressures["pleural"], b),
         "abdominal_pressure_cmh2o": _span(motion.pressures["abdomen"], b),

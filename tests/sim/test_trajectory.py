@@ -8,11 +8,11 @@ import h5py
 import numpy as np
 import pytest
 
+from sim.control.library import find_controls
 from sim.errors import InputError
 from sim.motion import Motion, motion, volumes_inside
 from sim.resting import RestingTorso
-from sim.simulate import BREATH_STEP, simulate
-from sim.styles import find_style
+from sim.simulate import simulate
 from sim.trajectory import load_motion, save_motion
 
 ABOUT: dict[str, str | int] = {
@@ -24,7 +24,7 @@ RATE = 25.0
 
 @pytest.fixture(scope="module")
 def moved(resting: RestingTorso) -> Motion:
-    activation = find_style("calm").activation(DURATION, BREATH_STEP)
+    activation = find_controls("calm").drive(DURATION).activation
     run = simulate(resting, activation, posture="upright", rate=RATE, tension=True)
     return motion(resting, run, posture="upright")
 
@@ -58,7 +58,7 @@ def test_lung_is_chest_without_tissue(written: Path) -> None:
 
 
 def test_replayed_volumes_are_those_of_the_run(resting: RestingTorso, moved: Motion) -> None:
-    activation = find_style("calm").activation(DURATION, BREATH_STEP)
+    activation = find_controls("calm").drive(DURATION).activation
     run = simulate(resting, activation, posture="upright", rate=RATE)
     # the run's volumes are those at the predicted place of a step, a little off the reached one
     np.testing.assert_allclose(moved.volumes["chest_cavity"], run.chest, atol=1e-6)
