@@ -78,12 +78,15 @@ class TissueList:
     """rest length over the length when built"""
     damping: list[float] = field(default_factory=list)
     pushes: list[int] = field(default_factory=list)
+    curve: list[float] = field(default_factory=list)
 
     def add(
-        self, a: int, b: int, stiffness: float, slack: float, time: float, pushes: int = 0
-    ) -> None:
-        """Add a thread; `time` is damping over stiffness, s."""
+        self, a: int, b: int, stiffness: float, slack: float, time: float, pushes: int = 0,
+        curve: float = 0.0,
+    ) -> None:  # fmt: skip
+        """Add a thread; `time` is damping over stiffness, s, `curve` as in `Tissue`."""
         self.pushes.append(pushes)
+        self.curve.append(curve)
         self.a.append(a)
         self.b.append(b)
         self.stiffness.append(stiffness)
@@ -133,7 +136,7 @@ def pack_tissue(points: Points, tissue: TissueList, slots: dict[tuple[int, int],
     return Tissue(
         a=a, b=b, slot=_slots(a, b, slots), rest=length * np.array(tissue.slack),
         stiffness=np.array(tissue.stiffness), damping=np.array(tissue.damping),
-        pushes=np.array(tissue.pushes, dtype=np.int64),
+        pushes=np.array(tissue.pushes, dtype=np.int64), curve=np.array(tissue.curve),
     )  # fmt: skip
 
 

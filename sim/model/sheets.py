@@ -112,7 +112,7 @@ class SheetBuilder:
         p = self.parameters
         thick, time = p["belly_thickness"], p["tissue_time"]
         across, along = p["belly_modulus_transverse"] * thick, p["belly_modulus_sagittal"] * thick
-        rows = len(grid[0])
+        rows, curve = len(grid[0]), p["belly_curve"]
         for j in range(n):
             here, left = grid[j], grid[(j + 1) % n]
             for i in range(rows - 1):
@@ -120,11 +120,11 @@ class SheetBuilder:
                 tall = self._gap(here[i], here[i + 1])
                 if min(here[i], here[i + 1]) < 0:
                     self.tissue.add(here[i], here[i + 1], along * wide / tall,
-                                    p["belly_slack_sagittal"], time)  # fmt: skip
+                                    p["belly_slack_sagittal"], time, 0, curve)  # fmt: skip
                 if 0 < i and min(here[i], left[i]) < 0:
                     self.tissue.add(here[i], left[i], across * tall / wide,
-                                    p["belly_slack_transverse"], time)  # fmt: skip
+                                    p["belly_slack_transverse"], time, 0, curve)  # fmt: skip
                 for a, b in ((here[i], left[i + 1]), (left[i], here[i + 1])):
                     if min(a, b) < 0:
                         self.tissue.add(a, b, p["belly_shear"] * along,
-                                        p["belly_slack_sagittal"], time)  # fmt: skip
+                                        p["belly_slack_sagittal"], time, 0, curve)  # fmt: skip

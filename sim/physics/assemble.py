@@ -116,6 +116,10 @@ def _add_list(
                 )  # fmt: skip
 
 
+GROWTH = 1.5
+"""Over a thread's stiffness at a refresh: what it may stiffen until the next."""
+
+
 @inner
 def _add_threads(
     plant: Plant, work: Work, step: float, activation: Floats, centre: Floats, motion: Floats
@@ -132,7 +136,7 @@ def _add_threads(
     )  # fmt: skip
     _add_list(
         tree, body, x, tissue.a, tissue.b, tissue.slot,
-        square * tissue.stiffness + step * tissue.damping,
+        square * np.where(tissue.curve > 0.0, GROWTH, 1.0) * strings.slope + step * tissue.damping,
         square * np.maximum(strings.tension, 0.0) / tissue.rest, centre, motion, matrix,
     )  # fmt: skip
     # A link holds in every direction: its stiffest for all three bounds it from above.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from sim.physics.compiled import compiled, inner
@@ -17,6 +19,9 @@ from sim.physics.plant import Constants, Links, Muscles, Tissue
 from sim.physics.threads import measure, pull
 from sim.physics.types import Floats, Ints
 from sim.physics.work import Fibres, Strings
+
+STEEPEST = 4.0
+"""Exponent up to which a thread stiffens: 55 times its stiffness at slack."""
 
 
 @inner
@@ -142,11 +147,24 @@ def muscle_masses(
 
 @compiled
 def add_tissue(x: Floats, v: Floats, tissue: Tissue, strings: Strings, f: Floats) -> None:
-    """Add the pull of the passive threads; `strings` is written."""
+    """Add the pull of the passive threads; `strings` is written.
+
+    A thread with a curve c pulls k l0 (e^(c s) - 1) / c at a strain s, so that k is its stiffness
+    at its slack length l0; past `STEEPEST` it goes on along its tangent.
+    """
     length, rate, tension = strings.length, strings.rate, strings.tension
     measure(x, v, tissue.a, tissue.b, length, rate)
     for e in range(length.shape[0]):
-        force = tissue.stiffness[e] * (length[e] - tissue.rest[e]) + tissue.damping[e] * rate[e]
+        stiffness, stretch = tissue.stiffness[e], length[e] - tissue.rest[e]
+        force, strings.slope[e] = stiffness * stretch, stiffness
+        curve = tissue.curve[e]
+        if curve > 0.0:
+            power = curve * stretch / tissue.rest[e]
+            kept = min(power, STEEPEST)
+            grown = math.exp(kept)
+            force = stiffness * tissue.rest[e] * (grown * (1.0 + power - kept) - 1.0) / curve
+            strings.slope[e] = stiffness * grown
+        force += tissue.damping[e] * rate[e]
         tension[e] = force if tissue.pushes[e] == 1 else max(0.0, force)
     pull(x, tissue.a, tissue.b, length, tension, f)
 

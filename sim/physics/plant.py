@@ -81,6 +81,8 @@ class Tissue(NamedTuple):
     damping: Floats
     pushes: Ints
     """1 where a thread also resists shortening"""
+    curve: Floats
+    """how fast a thread stiffens: by e^curve at a strain of one; 0 for a straight line"""
 
 
 class Links(NamedTuple):

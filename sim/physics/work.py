@@ -32,6 +32,8 @@ class Strings(NamedTuple):
     rate: Floats
     tension: Floats
     """(n_threads,), m, m/s and N; negative where a thread pushes"""
+    slope: Floats
+    """(n_threads,), N/m"""
 
 
 class Matrix(NamedTuple):
@@ -97,7 +99,7 @@ def make_work(plant: Plant) -> Work:
         abdomen_normal=np.zeros((len(plant.abdomen_faces), 3)),
         riders=find_riders(plant.point_body, len(plant.tree.body_root)),
         fibres=Fibres(*np.zeros((3, n_elements)), *np.zeros((3, n_chains))),
-        strings=Strings(*np.zeros((3, len(plant.tissue.a)))),
+        strings=Strings(*np.zeros((4, len(plant.tissue.a)))),
         matrix=_make_matrix(plant, n_dof, n_particles),
     )
 
