@@ -1,0 +1,75 @@
+"""What dilorenzo2009 section 4.3 says of the two laws: what holds, and what does not."""
+
+from __future__ import annotations
+
+import pytest
+
+from sim.muscle_comparison import FAILS, HOLDS, PARTLY, Comparison, compare_laws
+from sim.muscle_measures import contraction, speed_and_force
+
+
+@pytest.fixture(scope="module")
+def compared() -> Comparison:
+    return compare_laws()
+
+
+def verdict(compared: Comparison, start: str) -> str:
+    found = [row.verdict for row in compared.verdicts if row.quantity.startswith(start)]
+    assert len(found) == 1, start
+    return found[0]
+
+
+def test_dilorenzo_fig_4_3_spring_overshoots_and_bounces(compared: Comparison) -> None:
+    spring = contraction(compared.activation["spring"], compared.numbers)
+    assert spring.shortest < 0.0
+    assert spring.bounces >= 2
+    assert verdict(compared, "spring, fully activated") == HOLDS
+    assert verdict(compared, "spring: bounces") == HOLDS
+
+
+def test_dilorenzo_fig_4_3_hill_is_quick_and_then_slows(compared: Comparison) -> None:
+    hill = contraction(compared.activation["hill"], compared.numbers)
+    spring = contraction(compared.activation["spring"], compared.numbers)
+    assert hill.half_time < 0.5 * hill.peak_time
+    assert hill.arrival_speed < hill.peak_speed
+    assert hill.overshoot < 0.5 * spring.overshoot
+    assert hill.settling < spring.settling
+    # It overshoots by a sixth of its way, which is not "nicely": only part of the text holds.
+    assert verdict(compared, "Hill: slows") == PARTLY
+
+
+def test_dilorenzo_section_4_3_hill_ends_above_one_half(compared: Comparison) -> None:
+    assert contraction(compared.activation["hill"], compared.numbers).end > 0.5
+    assert verdict(compared, "Hill: where full activation ends") == HOLDS
+    # Read strictly it fails: momentum carries a kilogram on, without force.
+    assert verdict(compared, "Hill: never shorter") == FAILS
+
+
+@pytest.mark.parametrize("law", ["spring", "hill"])
+def test_dilorenzo_fig_4_7_force_falls_with_shortening_speed(
+    compared: Comparison, law: str
+) -> None:
+    speed, force = speed_and_force(compared.release[law], compared.numbers)
+    assert speed[0] == 0.0
+    assert (speed[1:] > speed[:-1]).all()
+    assert (force[1:] < force[:-1]).all()
+    assert verdict(compared, f"quick release, {law}") == HOLDS
+
+
+def test_dilorenzo_fig_4_5_both_come_back_to_rest(compared: Comparison) -> None:
+    for motion in compared.activation.values():
+        assert motion.place[-1] == pytest.approx(motion.place[0], abs=1e-3)
+
+
+def test_lengthening_branch_settles_sooner(compared: Comparison) -> None:
+    printed, branch = (
+        contraction(compared.activation[name], compared.numbers).settling
+        for name in ("hill", "hill_lengthening")
+    )
+    assert branch < printed
+
+
+def test_every_row_says_why(compared: Comparison) -> None:
+    for row in compared.verdicts:
+        assert row.quantity and row.printed and row.ours and row.why
+        assert row.verdict in (HOLDS, PARTLY, FAILS)
