@@ -49,11 +49,20 @@ def test_dilorenzo_section_4_3_hill_ends_above_one_half(compared: Comparison) ->
 def test_dilorenzo_fig_4_7_force_falls_with_shortening_speed(
     compared: Comparison, law: str
 ) -> None:
-    speed, force = speed_and_force(compared.release[law], compared.numbers)
-    assert speed[0] == 0.0
-    assert (speed[1:] > speed[:-1]).all()
-    assert (force[1:] < force[:-1]).all()
+    for runs in (compared.release, compared.release_weightless):
+        speed, force = speed_and_force(runs[law], compared.numbers)
+        assert speed[0] == 0.0
+        assert (speed[1:] > speed[:-1]).all()
+        assert (force[1:] < force[:-1]).all()
     assert verdict(compared, f"quick release, {law}") == HOLDS
+
+
+def test_quick_release_keeps_the_hill_muscle_above_one_half_only_under_the_weight(
+    compared: Comparison,
+) -> None:
+    assert compared.release["hill"].place.min() > 0.5
+    assert compared.release_weightless["hill"].place.min() < 0.5
+    assert verdict(compared, "quick release, Hill") == PARTLY
 
 
 def test_dilorenzo_fig_4_5_both_come_back_to_rest(compared: Comparison) -> None:
