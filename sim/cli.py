@@ -22,6 +22,7 @@ from sim.resting import RestingTorso, rest_torso
 from sim.simulate import BREATH_STEP, simulate
 from sim.styles import Style, find_style, read_styles
 from sim.summary import summarise
+from sim.tables import CALIBRATED, SETS, parameters
 from sim.trajectory import save_motion
 from sim.writing import write_summary
 
@@ -54,7 +55,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--sex", choices=("male", "female"))
     add("--stature-m", type=float, metavar="M")
     add("--mass-kg", type=float, metavar="KG")
-    add("--parameters", choices=("calibrated", "papers"), default="calibrated")
+    add("--parameters", choices=SETS, default=CALIBRATED)
     add("--json", type=Path, metavar="OUT", help="write the figures")
     add("--out", type=Path, metavar="OUT.h5", help="write the trajectory")
     add("--seed", type=int, default=0, help="written down; a run draws no random number")
@@ -69,6 +70,7 @@ class Task:
     ----------
     name : of the subject
     duration : s
+    parameters : named set
     json, out : files to write, if any
     """
 
@@ -77,6 +79,7 @@ class Task:
     posture: str
     name: str
     subject: Subject
+    parameters: str
     json: Path | None
     out: Path | None
     seed: int
@@ -150,10 +153,6 @@ def read_task(arguments: Sequence[str]) -> Task:
     """Read and check the words of a command line."""
     options = _parser().parse_args(list(arguments))
     style = find_style(options.style)
-    if options.parameters == "papers":
-        raise ParameterError(
-            "simulate: --parameters papers: the set of the papers is not there yet. Use calibrated."
-        )
     row = _row(options.subjects, options.subject) if options.subject else {}
     posture = options.posture or row.get("posture") or "upright"
     if posture not in GRAVITY:
@@ -168,6 +167,7 @@ def read_task(arguments: Sequence[str]) -> Task:
         posture=posture,
         name=options.subject or "reference",
         subject=_subject(options, row),
+        parameters=options.parameters,
         json=options.json,
         out=options.out,
         seed=options.seed,
@@ -183,7 +183,7 @@ def run_task(task: Task, resting: RestingTorso) -> tuple[Motion, dict[str, Any]]
     """
     rest = rest_motion(resting, task.posture)
     beside = task.out or task.json or Path(task.style.name)
-    activation = task.style.activation(task.duration, BREATH_STEP)
+    activation = task.style.activation(task.duration, BREATH_STEP, resting.torso.parameters)
     start = time.perf_counter()
     trajectory = simulate(
         resting, activation, posture=task.posture, rate=FRAME_RATE,
@@ -202,6 +202,7 @@ def run_task(task: Task, resting: RestingTorso) -> tuple[Motion, dict[str, Any]]
         "n_rigid_bodies": torso.skeleton.model.nbody - 1,
         "n_particles": torso.n_particles,
         "n_muscle_elements": len(torso.plant.muscles.a),
+        "parameters": torso.parameters.name,
         "seed": task.seed,
         "version": metadata.version("pleura"),
     }
@@ -225,7 +226,8 @@ def main(arguments: Sequence[str]) -> int:
     """Run `pleura simulate`; bad input is one line and exit code 1."""
     try:
         task = read_task(arguments)
-        moved, figures = run_task(task, rest_torso(task.subject))
+        resting = rest_torso(task.subject, parameters=parameters(task.parameters))
+        moved, figures = run_task(task, resting)
         if task.out is not None:
             names = ("version", "seed", "style", "subject", "posture")
             save_motion(task.out, moved, {name: figures[name] for name in names})

@@ -14,7 +14,8 @@ from sim.model.muscles import MUSCLE_GROUPS
 from sim.physics.types import Floats, Ints
 from sim.rest import GRAVITY, Machine, bed, copy_state
 from sim.resting import RestingTorso
-from sim.tables import read_rows
+from sim.tables import Parameters
+from sim.tables import parameters as calibrated
 
 BREATH_STEP = 0.002
 """s; halving it changes a tidal volume by less than 1 % (tests/sim/test_breaths.py)."""
@@ -52,7 +53,7 @@ class Trajectory:
     tension: Floats
 
 
-def group_activation(levels: Floats) -> Floats:
+def group_activation(levels: Floats, parameters: Parameters | None = None) -> Floats:
     """Activation of every muscle group from the four levels.
 
     `levels.csv`: a group takes its share of what a level has above a threshold, as accessory
@@ -61,13 +62,15 @@ def group_activation(levels: Floats) -> Floats:
     Parameters
     ----------
     levels : (..., 4), in the order of `LEVELS`
+    parameters : whose table is read, the calibrated set's unless given
 
     Returns
     -------
     (..., n_groups), in the order of `MUSCLE_GROUPS`
     """
     out = np.zeros((*np.shape(levels)[:-1], len(MUSCLE_GROUPS)))
-    for row in read_rows("levels.csv"):
+    p = calibrated() if parameters is None else parameters
+    for row in p.rows("levels.csv"):
         above = np.maximum(levels[..., LEVELS.index(row["level"])] - float(row["threshold"]), 0.0)
         out[..., MUSCLE_GROUPS.index(row["group"])] += float(row["share"]) * above
     return out

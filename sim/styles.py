@@ -11,7 +11,7 @@ from sim.breaths import sawtooth
 from sim.errors import ParameterError
 from sim.physics.types import Floats
 from sim.simulate import LEVELS, group_activation
-from sim.tables import read_rows
+from sim.tables import Parameters, read_rows
 
 RAMP = 0.1
 """Share of a manoeuvre's period over which an effort rises, and over which it is let go."""
@@ -45,16 +45,20 @@ class Style:
         """Length of a breath, s."""
         return 1.0 / self.rate
 
-    def activation(self, duration: float, step: float) -> Floats:
+    def activation(
+        self, duration: float, step: float, parameters: Parameters | None = None
+    ) -> Floats:
         """Activation of the muscle groups, (n_steps, n_groups).
 
         Parameters
         ----------
         duration, step : s
+        parameters : that say which groups a level drives, the calibrated set unless given
         """
         time = np.arange(round(duration / step), dtype=float) * step
         inward, outward = self._tidal(time) if self.shape == "tidal" else self._manoeuvre(time)
-        return group_activation(np.stack([inward, inward, outward, outward], 1) * self.levels)
+        levels = np.stack([inward, inward, outward, outward], 1) * self.levels
+        return group_activation(levels, parameters)
 
     def _tidal(self, time: Floats) -> tuple[Floats, Floats]:
         share = self.inspiration
