@@ -14,7 +14,7 @@ from sim.muscle_experiments import (
     hill_curves,
     release_run,
 )
-from sim.muscle_measures import Contraction, contraction, speed_and_force
+from sim.muscle_measures import Contraction, contraction, rest_length_sweep, speed_and_force
 from sim.muscle_rig import LAWS, Motion, rig_numbers
 from sim.tables import Parameters, parameters
 
@@ -127,6 +127,23 @@ def _activation_verdicts(c: dict[str, Contraction], least: float) -> list[Verdic
     ]  # fmt: skip
 
 
+def _length_verdict(numbers: Parameters) -> Verdict:
+    sweep = rest_length_sweep(numbers)
+    over = [(rest, hill) for rest, spring, hill in sweep if spring.shortest < 0.0]
+    (first, least), (last, most) = over[0], over[-1]
+    both = any(hill.shortest >= 0.5 * rest for rest, hill in over)
+    return Verdict(
+        quantity="overshooting spring and Hill above 0.5 at one rest length",
+        printed="(not printed)",
+        ours=f"the spring passes the top particle from {first:g} m up, where the Hill muscle"
+        f" overshoots by {100 * least.overshoot:.0f} % of its way, down to"
+        f" {least.shortest / first:.2f}; by {100 * most.overshoot:.0f} % at {last:g} m",
+        verdict=_word(both),
+        why=f"of the lengths {sweep[0][0]:g} to {sweep[-1][0]:g} m; about {first:g} m fits the text"
+        " best",
+    )
+
+
 def _release_verdicts(
     release: dict[str, Motion], weightless: dict[str, Motion], numbers: Parameters
 ) -> list[Verdict]:
@@ -222,7 +239,10 @@ def compare_laws() -> Comparison:
         release_weightless=weightless,
         curves=curves,
         convergence=steps,
-        verdicts=_activation_verdicts(figures, least)
-        + _release_verdicts(release, weightless, numbers)
-        + _law_verdicts(curves, steps),
+        verdicts=[
+            *_activation_verdicts(figures, least),
+            _length_verdict(numbers),
+            *_release_verdicts(release, weightless, numbers),
+            *_law_verdicts(curves, steps),
+        ],
     )

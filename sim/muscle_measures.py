@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sim.muscle_experiments import activation_run
 from sim.muscle_rig import Motion
 from sim.physics.types import Floats
 from sim.tables import Parameters
@@ -14,6 +15,8 @@ SETTLED = 0.02
 """Share of the rest length within which a muscle has settled."""
 SMALL_SWING = 0.01
 """m; a smaller turn is no bounce."""
+REST_LENGTHS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.25, 1.5)
+"""m"""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -70,6 +73,21 @@ def contraction(motion: Motion, numbers: Parameters) -> Contraction:
         arrival_time=float(time[arrival]),
         half_time=float(time[np.argmax(speed <= 0.5 * speed.min())]),
     )
+
+
+def rest_length_sweep(numbers: Parameters) -> list[tuple[float, Contraction, Contraction]]:
+    """Full activation with other rest lengths, which the thesis does not print.
+
+    Returns
+    -------
+    rest length, m, and the contraction of spring and Hill muscle for each of `REST_LENGTHS`
+    """
+    out = []
+    for rest in REST_LENGTHS:
+        n = numbers.replace(rest_length=rest)
+        spring, hill = (contraction(activation_run(law, n), n) for law in ("spring", "hill"))
+        out.append((rest, spring, hill))
+    return out
 
 
 def speed_and_force(motion: Motion, numbers: Parameters) -> tuple[Floats, Floats]:

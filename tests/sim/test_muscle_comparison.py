@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from sim.muscle_comparison import FAILS, HOLDS, PARTLY, Comparison, compare_laws
-from sim.muscle_measures import contraction, speed_and_force
+from sim.muscle_measures import contraction, rest_length_sweep, speed_and_force
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +55,15 @@ def test_dilorenzo_fig_4_7_force_falls_with_shortening_speed(
         assert (speed[1:] > speed[:-1]).all()
         assert (force[1:] < force[:-1]).all()
     assert verdict(compared, f"quick release, {law}") == HOLDS
+
+
+def test_no_rest_length_gives_both_an_overshooting_spring_and_a_hill_muscle_above_one_half(
+    compared: Comparison,
+) -> None:
+    sweep = rest_length_sweep(compared.numbers)
+    over = [rest for rest, spring, _ in sweep if spring.shortest < 0.0]
+    assert over == [rest for rest, *_ in sweep if rest >= over[0]]
+    assert verdict(compared, "overshooting spring and Hill") == FAILS
 
 
 def test_quick_release_keeps_the_hill_muscle_above_one_half_only_under_the_weight(
