@@ -117,7 +117,7 @@ class BreathSimulator:
             pause=self.pause_time,
         )
         shape = np.stack([inward, inward, outward, outward], axis=1)
-        return group_activation(shape * levels)
+        return group_activation(shape * levels, self.torso.torso.parameters)
 
     def trajectory(self, levels: Floats) -> Trajectory:
         """Two breaths from rest, the second of them steady."""

@@ -24,6 +24,7 @@ from sim.rest import GRAVITY
 from sim.resting import RestingTorso, rest_torso
 from sim.simulate import simulate
 from sim.summary import summarise
+from sim.tables import CALIBRATED, SETS, parameters
 from sim.trajectory import save_motion
 from sim.writing import write_summary
 
@@ -56,7 +57,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--sex", choices=("male", "female"))
     add("--stature-m", type=float, metavar="M")
     add("--mass-kg", type=float, metavar="KG")
-    add("--parameters", choices=("calibrated", "papers"), default="calibrated")
+    add("--parameters", choices=SETS, default=CALIBRATED)
     add("--json", type=Path, metavar="OUT", help="write the figures")
     add("--out", type=Path, metavar="OUT.h5", help="write the trajectory")
     add("--seed", type=int, default=0, help="written down; a run draws no random number")
@@ -72,6 +73,7 @@ class Task:
     style : as typed, without folder and ending
     name : of the subject
     duration : s
+    parameters : named set
     json, out : files to write, if any
     """
 
@@ -82,6 +84,7 @@ class Task:
     posture: str
     name: str
     subject: Subject
+    parameters: str
     json: Path | None
     out: Path | None
     seed: int
@@ -161,10 +164,6 @@ def read_task(arguments: Sequence[str]) -> Task:
     options = _parser().parse_args(list(arguments))
     controls = find_controls(options.style, options.form)
     own_file = options.style.lower().endswith(".xml")
-    if options.parameters == "papers":
-        raise ParameterError(
-            "simulate: --parameters papers: the set of the papers is not there yet. Use calibrated."
-        )
     row = _row(options.subjects, options.subject) if options.subject else {}
     posture = options.posture or controls.posture or row.get("posture") or "upright"
     if posture not in GRAVITY:
@@ -174,7 +173,8 @@ def read_task(arguments: Sequence[str]) -> Task:
     if options.json is not None and options.json == options.out:
         raise ParameterError("simulate: --json and --out name one file. Give two.")
     duration = _duration(options, controls)
-    controls.drive(duration)  # a value out of bounds is found before the torso is built
+    # a value out of bounds is found before the torso is built
+    controls.drive(duration, parameters(options.parameters))
     return Task(
         style=Path(options.style).stem if own_file else options.style,
         form=None if own_file else options.form,
@@ -183,6 +183,7 @@ def read_task(arguments: Sequence[str]) -> Task:
         posture=posture,
         name=options.subject or "reference",
         subject=_subject(options, row),
+        parameters=options.parameters,
         json=options.json,
         out=options.out,
         seed=options.seed,
@@ -198,7 +199,7 @@ def run_task(task: Task, resting: RestingTorso) -> tuple[Motion, dict[str, Any]]
     """
     rest, controls = rest_motion(resting, task.posture), task.controls
     beside = task.out or task.json or Path(task.style)
-    drive = controls.drive(task.duration)
+    drive = controls.drive(task.duration, resting.torso.parameters)
     start = time.perf_counter()
     trajectory = simulate(
         resting, drive.activation, posture=task.posture, step=controls.run_step,
@@ -221,6 +222,7 @@ def run_task(task: Task, resting: RestingTorso) -> tuple[Motion, dict[str, Any]]
         "n_rigid_bodies": torso.skeleton.model.nbody - 1,
         "n_particles": torso.n_particles,
         "n_muscle_elements": len(torso.plant.muscles.a),
+        "parameters": torso.parameters.name,
         "seed": task.seed,
         "version": metadata.version("pleura"),
     }
@@ -257,7 +259,8 @@ def main(arguments: Sequence[str]) -> int:
     """Run `pleura simulate`; bad input is one line and exit code 1."""
     try:
         task = read_task(arguments)
-        moved, figures = run_task(task, rest_torso(task.subject))
+        resting = rest_torso(task.subject, parameters=parameters(task.parameters))
+        moved, figures = run_task(task, resting)
         if task.out is not None:
             names = ("version", "seed", "style", "subject", "posture")
             save_motion(task.out, moved, {name: figures[name] for name in names})

@@ -16,7 +16,8 @@ from sim.physics.one_way import one_way_run
 from sim.physics.types import Floats, Ints
 from sim.rest import GRAVITY, Machine, bed, copy_state
 from sim.resting import RestingTorso
-from sim.tables import read_rows
+from sim.tables import Parameters
+from sim.tables import parameters as calibrated
 
 BREATH_STEP = 0.002
 """s; halving it changes a tidal volume by less than 1 % (tests/sim/test_breaths.py)."""
@@ -55,7 +56,7 @@ class Trajectory:
     tension: Floats
 
 
-def group_activation(levels: Floats) -> Floats:
+def group_activation(levels: Floats, parameters: Parameters | None = None) -> Floats:
     """Activation of every muscle group from the four levels.
 
     `levels.csv`: a group takes its share of what a level has above a threshold, as accessory
@@ -64,13 +65,15 @@ def group_activation(levels: Floats) -> Floats:
     Parameters
     ----------
     levels : (..., 4), in the order of `LEVELS`
+    parameters : whose table is read, the calibrated set's unless given
 
     Returns
     -------
     (..., n_groups), in the order of `MUSCLE_GROUPS`
     """
     out = np.zeros((*np.shape(levels)[:-1], len(MUSCLE_GROUPS)))
-    for row in read_rows("levels.csv"):
+    p = calibrated() if parameters is None else parameters
+    for row in p.rows("levels.csv"):
         above = np.maximum(levels[..., LEVELS.index(row["level"])] - float(row["threshold"]), 0.0)
         out[..., MUSCLE_GROUPS.index(row["group"])] += float(row["share"]) * above
     return out
@@ -86,7 +89,7 @@ def simulate(
     tension: bool = False,
     larynx: Floats | None = None,
     bend: Floats | None = None,
-    lung: str = "two_way",
+    lung: str | None = None,
     dump: Path | None = None,
 ) -> Trajectory:
     """Run from rest.
@@ -98,10 +101,8 @@ def simulate(
     bend : (n_steps, 8, 3), rad, rotation vectors of the spine's joints from below;
         `sim.model.spine.spine_bend` makes them
     lung : "two_way", or "one_way" as in dilorenzo2009 section 6.3.1: the pleural pressure stays as
-        at rest, and lung volume, pressures and flow follow from the chest's volume, frame by frame
-    step : s
-    rate : frames a second to keep
-    tension : keep the tension of every element as well
+        at rest, and lung volume, pressures and flow follow from the chest's volume, frame by
+        frame; as the parameter set says (`one_way_lung`) unless given
     dump : file for the state just before a divergence
 
     Raises
@@ -109,6 +110,8 @@ def simulate(
     UnstableSimulation
         if a speed passes 20 m/s or stops being a number
     """
+    if lung is None:
+        lung = LUNGS[int(resting.torso.parameters["one_way_lung"])]
     if lung not in LUNGS:
         raise ParameterError(f"lung is {lung!r}. Use {' or '.join(LUNGS)}.")
     rest = resting.rest(posture)

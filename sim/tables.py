@@ -1,4 +1,8 @@
-"""The numbers of the model: tables in `sim/data`, each with its source."""
+"""The numbers of the model: tables in `sim/data`, each with its source.
+
+A named set of parameters is a folder of `sim/data`: a table there takes the place of that of the
+calibrated set, and the rows of its `parameters.csv` those of the same name.
+"""
 
 from __future__ import annotations
 
@@ -17,13 +21,21 @@ if TYPE_CHECKING:
     from sim.model.anatomy import Subject
 
 DATA = Path(__file__).parent / "data"
+CALIBRATED = "calibrated"
+SETS = (CALIBRATED, "papers")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Parameters:
-    """Named numbers in the units of their table (SI, angles in degrees)."""
+    """Named numbers in the units of their table (SI, angles in degrees).
+
+    Parameters
+    ----------
+    name : of the set, whose tables come before those of the calibrated one
+    """
 
     numbers: dict[str, float]
+    name: str = CALIBRATED
 
     def __getitem__(self, name: str) -> float:
         if name not in self.numbers:
@@ -34,7 +46,12 @@ class Parameters:
         """A copy with some numbers changed; unknown names are refused."""
         for name in changes:
             self[name]
-        return Parameters(numbers={**self.numbers, **changes})
+        return Parameters(numbers={**self.numbers, **changes}, name=self.name)
+
+    def rows(self, table: str) -> list[dict[str, str]]:
+        """Rows of a table as this set has it."""
+        own = Path(self.name) / table
+        return read_rows(str(own) if (DATA / own).is_file() else table)
 
 
 def read_rows(name: str) -> list[dict[str, str]]:
@@ -44,10 +61,21 @@ def read_rows(name: str) -> list[dict[str, str]]:
 
 
 @cache
-def parameters() -> Parameters:
-    """The calibrated parameter set."""
-    rows = read_rows("parameters.csv")
-    return Parameters(numbers={row["name"]: float(row["value"]) for row in rows})
+def parameters(name: str = CALIBRATED) -> Parameters:
+    """A named parameter set, one of `SETS`.
+
+    Raises
+    ------
+    ParameterError
+        if there is none of this name, or it changes a number that does not exist
+    """
+    if name not in SETS:
+        raise ParameterError(f"parameters: no set {name!r}. There are: {', '.join(SETS)}.")
+    numbers = {row["name"]: float(row["value"]) for row in read_rows("parameters.csv")}
+    base = Parameters(numbers=numbers, name=name)
+    if name == CALIBRATED:
+        return base
+    return base.replace(**{row["name"]: float(row["value"]) for row in base.rows("parameters.csv")})
 
 
 @cache

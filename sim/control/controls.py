@@ -14,6 +14,7 @@ from sim.model.muscles import MUSCLE_GROUPS
 from sim.model.spine import joint_bend, spine_bend
 from sim.physics.types import Floats
 from sim.simulate import BREATH_STEP, LEVELS, group_activation
+from sim.tables import Parameters
 from sim.units import CUBIC_METRE_PER_LITRE, PASCAL_PER_CMH2O
 
 LEAST_RATIO = 0.5
@@ -154,8 +155,12 @@ class Controls:
         periods = [c.period for s in self.springs for c in s.curves if c.period is not None]
         return max(periods, default=None)
 
-    def drive(self, duration: float) -> Drive:
+    def drive(self, duration: float, parameters: Parameters | None = None) -> Drive:
         """What the torso is told in a run of `duration`, s.
+
+        Parameters
+        ----------
+        parameters : that say which groups a level drives, the calibrated set unless given
 
         Raises
         ------
@@ -164,7 +169,7 @@ class Controls:
         """
         n = round(duration / self.run_step)
         time = np.arange(n, dtype=float) * self.run_step
-        return Drive(self._activation(time), self._larynx(time), self._bend(time))
+        return Drive(self._activation(time, parameters), self._larynx(time), self._bend(time))
 
     def closed_time(self, duration: float) -> float:
         """Time for which the larynx stays closed at the longest in a run, s."""
@@ -172,12 +177,12 @@ class Controls:
         return max((min(end, duration) - start for start, end in spans if start < duration),
                    default=0.0)  # fmt: skip
 
-    def _activation(self, time: Floats) -> Floats:
+    def _activation(self, time: Floats, parameters: Parameters | None) -> Floats:
         reached = np.zeros((len(time), len(LEVELS) + len(MUSCLE_GROUPS)))
         for spring in self.springs:
             value = self._value(spring, time)
             reached += value[:, None] * shares(spring.name, alone=spring.alone)
-        out = group_activation(reached[:, : len(LEVELS)]) + reached[:, len(LEVELS) :]
+        out = group_activation(reached[:, : len(LEVELS)], parameters) + reached[:, len(LEVELS) :]
         names = (*LEVELS, *MUSCLE_GROUPS)
         for k, name in enumerate(names):
             total = reached[:, k] if k < len(LEVELS) else out[:, k - len(LEVELS)]

@@ -12,8 +12,9 @@ import numpy as np
 
 from sim.model.bodies import add_body, ball
 from sim.model.mesh import along
-from sim.model.muscles import MuscleList, layer_thickness
+from sim.model.muscles import MuscleList
 from sim.model.points import Points
+from sim.model.strengths import layer_width
 from sim.physics.types import Floats
 from sim.tables import Parameters, read_rows
 
@@ -141,16 +142,17 @@ class GirdleBuilder:
         origins: dict[str, dict[str, Floats]],
         ribs: Floats,
         segment: dict[str, str],
+        parameters: Parameters,
     ) -> None:
         """Parameters: `origins` of "spine" and "skull" by level, `ribs` (2, 12, n, 3)."""
         self.points, self.muscles, self.body = points, muscles, body
         self.places, self.origins, self.ribs, self.segment = places, origins, ribs, segment
+        self.parameters = parameters
 
     def build(self) -> None:
         """Add every row on both sides."""
-        thickness = layer_thickness()
         for row in read_rows("girdle_muscles.csv"):
-            width = float(row["area_mm2"]) * 1e-6 / thickness[row["group"]]
+            width = layer_width(row["group"], float(row["area_mm2"]) * 1e-6, self.parameters)
             for side in (0, 1):
                 handles = [self._origin(row, side), self._insertion(row, side)]
                 self.muscles.add_chain(row["group"], handles, [width])

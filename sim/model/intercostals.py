@@ -9,7 +9,7 @@ from sim.model.mesh import along
 from sim.model.muscles import MuscleList
 from sim.model.points import Points
 from sim.model.skeleton import cartilage_line, segment_of
-from sim.tables import Parameters, read_rows
+from sim.tables import Parameters
 
 
 class IntercostalBuilder:
@@ -25,19 +25,23 @@ class IntercostalBuilder:
     ) -> None:
         self.points, self.muscles, self.body = points, muscles, body
         self.anatomy, self.parameters = anatomy, parameters
-        self.drive = {row["group"]: row for row in read_rows("drive_map.csv")}
+        self.drive = {row["group"]: row for row in parameters.rows("drive_map.csv")}
 
     def build(self) -> None:
-        """Add every space of both sides."""
+        """Add every space of both sides, and what else the parameter set has."""
+        has = self.muscles.groups
         for side in (0, 1):
             for upper in range(1, 12):
                 self._space(side, upper, "external_intercostals", 1.0, 0.06, 0.97)
                 self._space(side, upper, "internal_intercostals", -1.0, 0.22, 1.0)
                 if upper <= 6:
                     self._parasternal(side, upper)
-                self._levator(side, upper)
-            self._scalenes(side)
-            self._erector(side)
+                if "levatores_costarum" in has:
+                    self._levator(side, upper)
+            if "scalenes" in has:
+                self._scalenes(side)
+            if "erector_spinae" in has:
+                self._erector(side)
 
     def _levator(self, side: int, upper: int) -> None:
         """From the transverse process of a vertebra to the angle of the rib below."""

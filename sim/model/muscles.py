@@ -1,19 +1,18 @@
-"""Muscle elements and passive tissue: where they attach and how strong they are.
-
-Strength is cross-section times specific tension: the thickness of the layer
-(`sim/data/muscle_layers.csv`) times the width of the strip that an element stands for.
-"""
+"""Muscle elements and passive tissue: where they attach; `strengths` says how strong they are."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from sim.model.points import Points
+from sim.model.strengths import element_strengths
+from sim.model.wall_regions import Region
 from sim.physics.plant import Muscles, Tissue
 from sim.physics.types import Ints
-from sim.tables import Parameters, read_rows
+from sim.tables import Parameters
 
 MUSCLE_GROUPS = (
     "external_intercostals",
@@ -37,18 +36,31 @@ MUSCLE_GROUPS = (
 
 @dataclass(slots=True)
 class MuscleList:
-    """Elements under construction; handles are those of `Points`."""
+    """Elements under construction; handles are those of `Points`.
 
+    Parameters
+    ----------
+    groups : that the parameter set has, those that some level drives (`levels.csv`)
+    region : of the wall that an element lies in (`wall_regions.csv`), "" elsewhere
+    """
+
+    groups: frozenset[str] = frozenset(MUSCLE_GROUPS)
     a: list[int] = field(default_factory=list)
     b: list[int] = field(default_factory=list)
     group: list[int] = field(default_factory=list)
     chain: list[int] = field(default_factory=list)
     width: list[float] = field(default_factory=list)
     share: list[float] = field(default_factory=list)
+    region: list[str] = field(default_factory=list)
     n_chains: int = 0
 
     def add_chain(
-        self, group: str, handles: list[int], widths: list[float], share: float = 1.0
+        self,
+        group: str,
+        handles: list[int],
+        widths: list[float],
+        share: float = 1.0,
+        regions: Sequence[Region] = (),
     ) -> None:
         """Add one fibre through `handles`.
 
@@ -56,6 +68,7 @@ class MuscleList:
         ----------
         widths : of the strip that each element stands for, m
         share : neural drive over that of the group
+        regions : of the wall, one an element, whose shares come on top; none elsewhere
         """
         for i in range(len(handles) - 1):
             self.a.append(handles[i])
@@ -63,7 +76,8 @@ class MuscleList:
             self.group.append(MUSCLE_GROUPS.index(group))
             self.chain.append(self.n_chains)
             self.width.append(widths[i])
-            self.share.append(share)
+            self.share.append(share * (regions[i].share if regions else 1.0))
+            self.region.append(regions[i].name if regions else "")
         self.n_chains += 1
 
 
@@ -94,37 +108,25 @@ class TissueList:
         self.damping.append(stiffness * time)
 
 
-def layer_thickness() -> dict[str, float]:
-    """Thickness of every group's layer, m."""
-    return {
-        row["group"]: float(row["thickness_mm"]) * 1e-3 for row in read_rows("muscle_layers.csv")
-    }
-
-
 def pack_muscles(points: Points, muscles: MuscleList, slots: dict[tuple[int, int], int],
                  parameters: Parameters) -> Muscles:  # fmt: skip
-    """Arrays of the muscle elements in the calibrated Hill law."""
-    layers = {row["group"]: row for row in read_rows("muscle_layers.csv")}
+    """Arrays of the muscle elements in the Hill law."""
     a, b = points.resolve(muscles.a), points.resolve(muscles.b)
     x = points.places()
-    length = np.linalg.norm(x[b] - x[a], axis=1)
     group, chain = np.array(muscles.group), np.array(muscles.chain)
-    names = [MUSCLE_GROUPS[g] for g in group]
-    of_layer = layer_thickness()
-    thickness = np.array([of_layer[g] for g in names])
-    optimum = np.array([float(layers[g]["frc_over_optimal"]) for g in names])
-    passive = np.array([float(layers[g]["passive_share"]) for g in names])
-    f_max = thickness * np.array(muscles.width) * parameters["specific_tension"]
-    chain_rest = np.bincount(chain, length / optimum).astype(np.float64)
+    strength = element_strengths(
+        [MUSCLE_GROUPS[g] for g in group], muscles.region, np.array(muscles.width), parameters
+    )
+    rest = np.linalg.norm(x[b] - x[a], axis=1) / strength.optimum
     count = np.bincount(chain).astype(float)
     speed = np.zeros(len(count))
-    speed[chain] = [float(layers[g]["v_max_per_s"]) for g in names]
+    speed[chain] = strength.v_max
     return Muscles(
         a=a, b=b, group=group.astype(np.int64), chain=chain.astype(np.int64),
-        slot=_slots(a, b, slots), share=np.array(muscles.share), rest=length / optimum,
-        f_max=f_max,
-        k_pe=passive * f_max, b_pe=parameters["passive_damping_time"] * passive * f_max,
-        chain_rest=chain_rest, chain_count=count, chain_v_max=speed,
+        slot=_slots(a, b, slots), share=np.array(muscles.share), rest=rest,
+        f_max=strength.f_max, k_pe=strength.k_pe, b_pe=strength.b_pe,
+        chain_rest=np.bincount(chain, rest).astype(np.float64), chain_count=count,
+        chain_v_max=speed,
     )  # fmt: skip
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import numpy as np
 
 from sim.model.cavity import FREE_FROM, Cavity
 from sim.model.muscles import MuscleList, TissueList
 from sim.model.points import Points
+from sim.model.wall_regions import Region, find_region, read_regions
 from sim.tables import Parameters
 
 
@@ -23,6 +27,12 @@ class SheetBuilder:
     ) -> None:
         self.points, self.muscles, self.tissue = points, muscles, tissue
         self.cavity, self.parameters = cavity, parameters
+        self.regions = read_regions(parameters)
+
+    def _regions(self, group: str, rows: Sequence[int]) -> list[Region]:
+        """Regions of a fibre's elements that goes through these rows of the wall."""
+        last = len(self.cavity.wall[0]) - 1
+        return [find_region(self.regions, group, 0.5 * (a + b) / last) for a, b in pairwise(rows)]
 
     def _gap(self, a: int, b: int) -> float:
         return float(np.linalg.norm(self.points.at(a) - self.points.at(b)))
@@ -67,7 +77,8 @@ class SheetBuilder:
             if k >= half - 2:
                 rows = grid[j]
                 width = 0.5 * sum(self._gap(grid[j][4], grid[(j + s) % n][4]) for s in (-1, 1))
-                self.muscles.add_chain("rectus", rows, [width] * (len(rows) - 1))
+                regions = self._regions("rectus", range(len(rows)))
+                self.muscles.add_chain("rectus", rows, [width] * (len(rows) - 1), 1.0, regions)
         for columns in self._flanks(half, n):
             self._flank(grid, columns)
 
@@ -81,7 +92,8 @@ class SheetBuilder:
         height = self._gap(grid[columns[4]][0], grid[columns[4]][-1]) / (rows - 1)
         for i in range(1, rows - 1):
             line = [grid[j][i] for j in columns]
-            self.muscles.add_chain("transversus", line, [height] * (len(line) - 1))
+            regions = self._regions("transversus", [i] * len(line))
+            self.muscles.add_chain("transversus", line, [height] * (len(line) - 1), 1.0, regions)
         for start in range(-(rows - 2), len(columns) - 1):
             down = [(k, k - start) for k in range(len(columns)) if 0 <= k - start < rows]
             up = [(k, rows - 1 - k + start) for k in range(len(columns))]
@@ -106,7 +118,8 @@ class SheetBuilder:
             down = down or self._gap(a, grid[columns[k]][i - 1])
             widths.append(across * down / max(self._gap(a, b), 1e-4))
         width = min(float(np.mean(widths)), self.parameters["widest_strip"])
-        self.muscles.add_chain(group, line, [width] * (len(line) - 1))
+        regions = self._regions(group, [i for _, i in path])
+        self.muscles.add_chain(group, line, [width] * (len(line) - 1), 1.0, regions)
 
     def _membrane(self, grid: list[list[int]], n: int) -> None:
         p = self.parameters

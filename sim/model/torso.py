@@ -99,12 +99,13 @@ def build_torso(
     skeleton = build_skeleton(subject, anatomy, tendon_edge(anatomy, p, 26), p)
     points = Points()
     cavity = CavityBuilder(points, skeleton.body, anatomy, p).build()
-    muscles, tissue = MuscleList(), TissueList()
+    driven = frozenset(row["group"] for row in p.rows("levels.csv"))
+    muscles, tissue = MuscleList(groups=driven), TissueList()
     IntercostalBuilder(points, muscles, skeleton.body, anatomy, p).build()
     GirdleBuilder(
         points, muscles, skeleton.body, anatomy.girdle,
         {"spine": anatomy.spine, "skull": {"base": anatomy.skull_base}}, anatomy.rib,
-        {level: segment_of(level) for level in anatomy.spine},
+        {level: segment_of(level) for level in anatomy.spine}, p,
     ).build()  # fmt: skip
     hung = add_carried(points, skeleton.body, anatomy.girdle, subject.mass, p)
     sheets = SheetBuilder(points, muscles, tissue, cavity, p)

@@ -10,7 +10,7 @@ from sim.physics.compiled import compiled, inner
 from sim.physics.muscle import (
     HILL,
     active_factor,
-    force_length,
+    active_slopes,
     hill_tension,
     passive_shape,
     spring_tension,
@@ -126,7 +126,6 @@ def muscle_masses(
     fibres : as `add_muscles` left them
     out : (n_elements,), written
     """
-    steepest = (1.0 + constants.curvature) / constants.curvature
     for e in range(out.shape[0]):
         level = activation[muscles.group[e]] * muscles.share[e]
         rest = muscles.rest[e]
@@ -139,9 +138,11 @@ def muscle_masses(
         k = muscles.k_pe[e] * passive_shape(fibres.length[e] / rest)[1] / rest
         d = muscles.b_pe[e] / rest
         force = level * muscles.f_max[e] * muscles.chain_count[chain] / muscles.chain_rest[chain]
-        k += force * max(0.0, -2.0 * (ratio - 1.0) / constants.width**2)
-        speed = muscles.chain_v_max[chain]
-        d += force * force_length(ratio, constants.width) * steepest / speed
+        slopes = active_slopes(
+            ratio, constants.width, constants.curvature, muscles.chain_v_max[chain]
+        )
+        k += force * slopes[0]
+        d += force * slopes[1]
         out[e] = step * step * k + step * d
 
 

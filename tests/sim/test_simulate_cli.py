@@ -53,7 +53,6 @@ def subjects(tmp_path: Path) -> Path:
         (["calm", "--duration", "-3"], "give 4.3 to 300 s"),
         (["deep", "--duration", "5"], "give 8.2 to 300 s"),
         (["calm", "--posture", "prone"], "invalid choice: 'prone'"),
-        (["calm", "--parameters", "papers"], "Use calibrated."),
         (["calm", "--sex", "male"], "Give --stature-m, --mass-kg too."),
         (["calm", "--sex", "male", "--stature-m", "17", "--mass-kg", "70"], "stature is 17.0 m"),
         (["calm", "--subject", "x", "--subjects", "no.tsv"], "Name it with --subjects."),
@@ -100,6 +99,11 @@ def test_bad_places_are_refused_before_the_run(
         assert main(["calm", *words]) == 1
         assert capsys.readouterr().err.count("\n") == 1
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_named_parameter_set_is_kept() -> None:
+    assert read_task(["calm"]).parameters == "calibrated"
+    assert read_task(["calm", "--parameters", "papers"]).parameters == "papers"
 
 
 def test_a_subject_comes_from_the_table(subjects: Path) -> None:
@@ -193,7 +197,7 @@ def test_a_bad_control_file_is_one_line(tmp_path: Path, capsys: pytest.CaptureFi
 @pytest.fixture
 def solved(resting: RestingTorso, monkeypatch: pytest.MonkeyPatch) -> None:
     """Spare `main` the solution of the reference man's rest."""
-    monkeypatch.setattr("sim.cli.rest_torso", lambda subject: resting)
+    monkeypatch.setattr("sim.cli.rest_torso", lambda subject, parameters: resting)
 
 
 @pytest.mark.usefixtures("solved")
