@@ -18,7 +18,7 @@ from sim.errors import InputError
 RESULTS, REPORTS = Path("results"), Path("reports")
 PHYSIOLOGY = RESULTS / "physiology"
 PAGES = tuple(f"{REPORTS}/{page}" for page in ("error_table.html", "error_table.csv", "group.html"))
-OTHER_PAGES = tuple(f"{REPORTS}/physiology.{kind}" for kind in ("html", "csv"))
+OTHER_PAGES = tuple(f"{REPORTS}/physiology.{kind}" for kind in ("csv", "html"))
 """Pages that are not about the study's recordings; only made when asked for."""
 
 
@@ -57,7 +57,7 @@ class Plan:
         ----------
         targets : as typed; none, a rule or a page of the study needs every row
         """
-        about = [t for t in map(_normal, targets) if t not in OTHER_PAGES]
+        about = [t for t in map(_normal, targets) if t not in (*OTHER_PAGES, PHYSIOLOGY.name)]
         if targets and not about:
             return [], []
         targets = about

@@ -83,11 +83,11 @@ def csv_rows(rows: Sequence[Judged]) -> list[dict[str, str]]:
 
 def band_text(band: Band) -> str:
     """A band as it is printed: both limits, one, the value alone, or a statement."""
-    low, high = page.number(band.low, 4), page.number(band.high, 4)
+    low, high = f"{band.low:.6g}".replace("-", "−"), f"{band.high:.6g}".replace("-", "−")
     if band.unit == FINDING:
         return "yes"
     if math.isnan(band.low) and math.isnan(band.high):
-        return f"{page.number(band.value, 4)}, no range" if not math.isnan(band.value) else "–"
+        return f"{band.value:.6g}, no range" if not math.isnan(band.value) else "–"
     if math.isnan(band.low):
         return f"up to {high}"
     return f"from {low}" if math.isnan(band.high) else f"{low} to {high}"
@@ -104,12 +104,25 @@ def _shown(r: Judged) -> dict[str, Any]:
         "who": WHO[b.sex] + ("" if b.posture == "upright" else f", {b.posture}"),
         "limits": band_text(b),
         "unit": "" if b.unit in (FINDING, "1") else b.unit,
-        "shown": r.shown,
+        "shown": r.shown.replace("-", "−"),
         "verdict": str(r.verdict),
-        "why": r.why,
+        "why": r.why if r.verdict in (Verdict.OUT, Verdict.NOT_THERE) else "",
         "verified": VERIFIED[b.verified],
         "strip": strip(b.low, b.high, value, compare(b.low, b.high, value)) if drawn else "",
     }
+
+
+def grouped(rows: Sequence[Judged]) -> list[list[dict[str, Any]]]:
+    """Rows as they are shown, those of one quantity and source together."""
+    out: list[list[dict[str, Any]]] = []
+    for row in map(_shown, rows):
+        band = row["band"]
+        before = out[-1][0]["band"] if out else None
+        if before and (before.quantity, before.citation) == (band.quantity, band.citation):
+            out[-1].append(row)
+        else:
+            out.append([row])
+    return out
 
 
 def tally(rows: Sequence[Judged]) -> list[dict[str, Any]]:
@@ -182,9 +195,9 @@ def problems(people: Mapping[str, Mapping[str, Any]], rows: Sequence[Judged]) ->
 def context(people: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Everything that the template shows."""
     rows = judge_all(people)
-    areas: dict[str, list[dict[str, Any]]] = {}
+    areas: dict[str, list[Judged]] = {}
     for row in rows:
-        areas.setdefault(row.band.area, []).append(_shown(row))
+        areas.setdefault(row.band.area, []).append(row)
     sources = sorted({(r.band.citation, r.band.doi) for r in rows})
     drawn = [curves(people[sex]) for sex in PEOPLE]
     return {
@@ -192,7 +205,7 @@ def context(people: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
         "classes": CLASSES,
         "target": TARGET,
         "n_rows": len(rows),
-        "areas": areas,
+        "areas": {area: grouped(found) for area, found in areas.items()},
         "left_out": page.read_rows(LEFT_OUT),
         "sources": sources,
         "rahn": page.own_ids(rahn_svg(drawn), "rahn"),
