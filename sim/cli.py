@@ -183,10 +183,12 @@ def run_task(task: Task, resting: RestingTorso) -> tuple[Motion, dict[str, Any]]
     """
     rest = rest_motion(resting, task.posture)
     beside = task.out or task.json or Path(task.style.name)
-    activation = task.style.activation(task.duration, BREATH_STEP, resting.torso.parameters)
+    numbers = resting.torso.parameters
+    step = min(BREATH_STEP, numbers["longest_step"])
+    activation = task.style.activation(task.duration, step, numbers)
     start = time.perf_counter()
     trajectory = simulate(
-        resting, activation, posture=task.posture, rate=FRAME_RATE,
+        resting, activation, posture=task.posture, step=step, rate=FRAME_RATE,
         tension=task.out is not None, dump=beside.with_suffix(".unstable.npz"),
     )  # fmt: skip
     taken = time.perf_counter() - start
