@@ -9,7 +9,7 @@ import os
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NoReturn
@@ -197,9 +197,10 @@ def run_task(task: Task, resting: RestingTorso) -> tuple[Motion, dict[str, Any]]
     ----------
     resting : the task's subject at rest
     """
-    rest, controls = rest_motion(resting, task.posture), task.controls
+    rest, numbers = rest_motion(resting, task.posture), resting.torso.parameters
+    controls = replace(task.controls, step=min(task.controls.run_step, numbers["longest_step"]))
     beside = task.out or task.json or Path(task.style)
-    drive = controls.drive(task.duration, resting.torso.parameters)
+    drive = controls.drive(task.duration, numbers)
     start = time.perf_counter()
     trajectory = simulate(
         resting, drive.activation, posture=task.posture, step=controls.run_step,
