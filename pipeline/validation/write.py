@@ -175,6 +175,8 @@ def curves(person: Mapping[str, Any]) -> Curves:
         capacity=rahn["capacity"],
         effort_volume=np.array(effort["volume"]),
         effort=np.array(effort["pdi"]),
+        active_volume=np.array(effort["active_volume"]),
+        active=np.array(effort["active_pdi"]),
         statics=beside(statics),
         efforts=beside(efforts),
     )

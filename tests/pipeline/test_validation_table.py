@@ -132,7 +132,12 @@ def _person(sex):
         "figures": figures,
         "missing": {"laugh_upright": "the behaviour 'laugh' is not there <yet>"},
         "rahn": {**curve, "capacity": [1.5, 3.0, 6.0]},
-        "diaphragm": {"volume": [1.5, 3.0, 6.0], "pdi": [160.0, 150.0, 70.0]},
+        "diaphragm": {
+            "volume": [1.5, 3.0, 6.0],
+            "pdi": [160.0, 150.0, 70.0],
+            "active_volume": [3.0, 6.0],
+            "active_pdi": [150.0, 60.0],
+        },
     }
 
 

@@ -45,7 +45,7 @@ def test_no_other_style() -> None:
     ("style", "rate", "inspiration", "pause", "levels"),
     [
         ("calm", 14.0, 0.452, 0.10, [0.14, 0.05, 0.0, 0.0]),
-        ("deep", 7.4, 0.448, 0.05, [0.7, 0.22, 0.0, 0.0]),
+        ("deep", 7.4, 0.448, 0.05, [0.85, 0.312, 0.0, 0.0]),
     ],
 )
 def test_breaths_are_the_sawtooth_of_the_fit(

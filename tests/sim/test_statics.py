@@ -5,10 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.bench import Bench
+from sim.bench import Bench, Point
 from sim.model.torso import lung_capacity
 from sim.resting import RestingTorso
-from sim.statics import LITRE, as_arrays, at_volume, closed_effort, compliance, relaxation
+from sim.statics import (
+    LITRE,
+    as_arrays,
+    at_volume,
+    closed_effort,
+    compliance,
+    diaphragm_rise,
+    inspired_effort,
+    relaxation,
+)
 from sim.units import PASCAL_PER_CMH2O
 
 
@@ -45,6 +54,21 @@ def test_braced_bones_stand_still_in_an_effort(resting: RestingTorso) -> None:
     rib = resting.torso.rows[0][4]
     assert np.abs(during.places[rib] - before.places[rib]).max() < 1e-4
     assert during.abdominal - during.pleural > before.abdominal - before.pleural
+
+
+def test_own_inspiration_leaves_the_diaphragm_shorter_than_filling(resting: RestingTorso) -> None:
+    torso = resting.torso
+    relaxed, active = inspired_effort(resting, {"diaphragm": 0.15, "external_intercostals": 0.3})
+    filled, passive = closed_effort(resting, active.lung, {"diaphragm": 1.0}, braced=True)
+    assert active.lung > relaxed.lung + 0.5 * LITRE
+    assert passive.lung > active.lung
+
+    def fibres(point: Point) -> float:
+        way = np.diff(point.places[torso.diaphragm], axis=1)
+        return float(np.linalg.norm(way, axis=2).sum(axis=1).mean())
+
+    assert fibres(active) < fibres(passive) < fibres(filled)
+    assert diaphragm_rise((relaxed, active)) < diaphragm_rise((filled, passive))
 
 
 def test_compliance_is_the_slope_about_a_pressure(resting: RestingTorso) -> None:
