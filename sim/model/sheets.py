@@ -125,7 +125,7 @@ class SheetBuilder:
         p = self.parameters
         thick, time = p["belly_thickness"], p["tissue_time"]
         across, along = p["belly_modulus_transverse"] * thick, p["belly_modulus_sagittal"] * thick
-        rows, curve = len(grid[0]), p["belly_curve"]
+        rows, curve, bow = len(grid[0]), p["belly_curve_sagittal"], p["belly_curve_transverse"]
         for j in range(n):
             here, left = grid[j], grid[(j + 1) % n]
             for i in range(rows - 1):
@@ -136,7 +136,7 @@ class SheetBuilder:
                                     p["belly_slack_sagittal"], time, 0, curve)  # fmt: skip
                 if 0 < i and min(here[i], left[i]) < 0:
                     self.tissue.add(here[i], left[i], across * tall / wide,
-                                    p["belly_slack_transverse"], time, 0, curve)  # fmt: skip
+                                    p["belly_slack_transverse"], time, 0, bow)  # fmt: skip
                 for a, b in ((here[i], left[i + 1]), (left[i], here[i + 1])):
                     if min(a, b) < 0:
                         self.tissue.add(a, b, p["belly_shear"] * along,
