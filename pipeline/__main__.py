@@ -51,6 +51,9 @@ def _parser() -> argparse.ArgumentParser:
         sub.add_argument("names", nargs="*", help="recordings; none: every row of the study")
         sub.add_argument("--problems", help="rows without a report; else read from the tables")
         _add_study(sub)
+    validate = commands.add_parser("validate", help="simulate a person of reports/physiology.html")
+    validate.add_argument("sex", choices=("male", "female"))
+    commands.add_parser("physiology", help="write reports/physiology.html and .csv")
     check = commands.add_parser("check", help="check tables and files before any run")
     _add_study(check)
     new = commands.add_parser("new", help="make the folder of a study")
@@ -114,6 +117,25 @@ def _page(options: argparse.Namespace) -> int:
     return 0
 
 
+def _validate(options: argparse.Namespace) -> int:
+    from pipeline.validation.person import write_person
+    from pipeline.workflow import PHYSIOLOGY
+
+    print(
+        f"physiology: {write_person(options.sex, PHYSIOLOGY / f'{options.sex}.json')}", flush=True
+    )
+    return 0
+
+
+def _physiology(options: argparse.Namespace) -> int:
+    from pipeline.validation.write import write_physiology
+    from pipeline.workflow import PHYSIOLOGY, REPORTS
+
+    for path in write_physiology(PHYSIOLOGY, REPORTS):
+        print(f"physiology: {path}", flush=True)
+    return 0
+
+
 def _check(options: argparse.Namespace) -> int:
     from pipeline.workflow import read_plan
 
@@ -150,6 +172,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return int(simulate(words[1:]))
         options = _parser().parse_args(words)
         actions = {"check": _check, "new": _new, "version": _version, "report": _report}
+        actions |= {"validate": _validate, "physiology": _physiology}
         actions |= dict.fromkeys(PAGE_HELP, _page)
         return actions.get(options.command, _stage)(options)
     except TorsoError as error:

@@ -99,13 +99,16 @@ def inline_svg(path: Path) -> Markup | None:
     """
     if not path.exists():
         return None
-    text = path.read_text(encoding="utf-8")
+    return own_ids(path.read_text(encoding="utf-8"), re.sub(r"\W", "-", path.stem))
+
+
+def own_ids(text: str, mark: str) -> Markup | None:
+    """Return the text of a figure to stand inside a page, its ids marked as its own."""
     start = text.find("<svg")
     if start < 0:
         return None
     text = re.sub(r"<metadata>.*?</metadata>", "", text[start:], flags=re.DOTALL)
     text = re.sub(r'\s+xmlns(:\w+)?="[^"]*"', "", text)
-    mark = re.sub(r"\W", "-", path.stem)
     text = re.sub(r'\bid="', f'id="{mark}-', text)
     text = re.sub(r'href="#', f'href="#{mark}-', text)
     text = re.sub(r"url\(#", f"url(#{mark}-", text)

@@ -16,7 +16,10 @@ from pipeline.study import Entry, Study, read_study
 from sim.errors import InputError
 
 RESULTS, REPORTS = Path("results"), Path("reports")
+PHYSIOLOGY = RESULTS / "physiology"
 PAGES = tuple(f"{REPORTS}/{page}" for page in ("error_table.html", "error_table.csv", "group.html"))
+OTHER_PAGES = tuple(f"{REPORTS}/physiology.{kind}" for kind in ("csv", "html"))
+"""Pages that are not about the study's recordings; only made when asked for."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -54,6 +57,10 @@ class Plan:
         ----------
         targets : as typed; none, a rule or a page of the study needs every row
         """
+        about = [t for t in map(_normal, targets) if t not in (*OTHER_PAGES, PHYSIOLOGY.name)]
+        if targets and not about:
+            return [], []
+        targets = about
         names = [n for n in self.study.names if f"{REPORTS}/{n}.html" in map(_normal, targets)]
         if len(names) == len(set(targets)) and targets:
             return names, []
@@ -98,12 +105,12 @@ def check_targets(
     files = {name.join(_WILDCARD.split(one)) for one in made for name in study.names}
     reports = [f"{REPORTS}/{name}.html" for name in study.names]
     for target in map(_normal, targets):
-        if target in (*reports, *PAGES, *rules, *files):
+        if target in (*reports, *PAGES, *OTHER_PAGES, *rules, *files):
             continue
-        stems = {PurePosixPath(page).stem: page for page in (*PAGES, *reports)}
+        stems = {PurePosixPath(page).stem: page for page in (*OTHER_PAGES, *PAGES, *reports)}
         close = nearest_words(PurePosixPath(target).stem, stems)
         near = " or ".join(stems[stem] for stem in close)
-        some = ", ".join((*reports[:8], *PAGES))
+        some = ", ".join((*reports[:8], *PAGES, *OTHER_PAGES))
         listed = f" Did you mean {near}?" if near else f" There are: {some}."
         entry = _unreportable(target, study)
         why = f" ({entry.problem})" if entry else ""

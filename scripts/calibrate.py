@@ -13,49 +13,34 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-from calibration_steps import (
-    CMH2O,
-    Bench,
-    Point,
-    belly_inflation,
-    diaphragm_alone,
-    open_effort,
-    relaxation,
-    rib_swing,
-)
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
+from rib_swing import rib_swing
 
+from sim.bench import Bench
 from sim.model.torso import Subject, lung_capacity
 from sim.physics import lung
 from sim.physics.types import Floats
 from sim.resting import RestingTorso, rest_torso
+from sim.statics import (
+    LITRE,
+    as_arrays,
+    belly_inflation,
+    closed_effort,
+    compliance,
+    diaphragm_rise,
+    open_effort,
+    relaxation,
+)
+from sim.summary import PASCAL_PER_CMH2O as CMH2O
 
 MAN = Subject(sex="male", stature=1.756, mass=75.0)
 OUT = Path(__file__).resolve().parents[1] / "docs" / "figures"
-LITRE = 1e-3
 BELLY = np.array([0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5]) * LITRE
 PLEURAL = np.array([-25, -20, -15, -10, -7.5, -2.5, 0, 2.5, 5, 9]) * CMH2O
 VOLUMES = np.array([1.7, 2.4, 3.289, 4.5, 5.7]) * LITRE
 SONG, ESTENNE = "Song 2006", "Estenne 1985"
 Row = tuple[str, str, float, str, str, str]
-
-
-def volumes(points: list[Point], start: Point) -> dict[str, Floats]:
-    """Volumes, L, and pressures, cmH2O, of points as arrays, against `start`."""
-    return {
-        "lung": np.array([p.lung for p in points]) / LITRE,
-        "rib_cage": np.array([p.rib_cage - start.rib_cage for p in points]) / LITRE,
-        "wall": np.array([p.wall - start.wall for p in points]) / LITRE,
-        "pleural": np.array([p.pleural for p in points]) / CMH2O,
-        "abdominal": np.array([p.abdominal - start.abdominal for p in points]) / CMH2O,
-    }
-
-
-def slope(pressure: Floats, volume: Floats, at: float, span: float = 3.0) -> float:
-    """Compliance, L/cmH2O, about a pressure: straight line through the points near it."""
-    near = np.abs(pressure - at) <= span
-    return float(np.polyfit(pressure[near], volume[near], 1)[0])
 
 
 def frc(resting: RestingTorso) -> float:
@@ -90,7 +75,7 @@ def step_b(resting: RestingTorso, axes: Axes) -> list[Row]:
     rows: list[Row] = []
     for alone, label in ((True, "bones and diaphragm held"), (False, "all free, relaxed")):
         points, start = belly_inflation(resting, BELLY, wall_alone=alone)
-        v = volumes(points, start)
+        v = as_arrays(points, start)
         axes.plot(v["abdominal"], v["wall"], "o-", label=label)
         gain = float(np.interp(16.3, v["abdominal"], v["wall"]))
         rows.append(("b", f"wall sweeps at +16.3 cmH2O, {label}", gain, "L", "1.27", SONG))
@@ -111,9 +96,9 @@ def step_c(resting: RestingTorso, axes: Axes) -> list[Row]:
     for posture in ("upright", "supine"):
         points = relaxation(resting, PLEURAL, posture)
         start = min(points, key=lambda p: abs(p.rib_cage) + abs(p.wall))
-        v, at = volumes(points, start), start.pleural / CMH2O
+        v, at = as_arrays(points, start), start.pleural / CMH2O
         for part, name in names.items():
-            c = slope(v["pleural"], v[part], at)
+            c = compliance(v["pleural"], v[part], at)
             target = targets[posture, part]
             rows.append(("c", f"{name} compliance, {posture}", c, "L/cmH2O", target, ESTENNE))
         if posture == "supine":
@@ -156,11 +141,12 @@ def step_d(resting: RestingTorso, axes: Axes) -> list[Row]:
     """The diaphragm alone."""
     rows: list[Row] = []
     for braced, label in ((True, "ribs held"), (False, "ribs free")):
-        pairs = diaphragm_alone(resting, VOLUMES, 1.0, braced=braced)
+        pairs = [closed_effort(resting, float(v), {"diaphragm": 1.0}, braced=braced)
+                 for v in VOLUMES]  # fmt: skip
         at = np.array([b.lung for b, _ in pairs]) / LITRE
-        rise = [d.abdominal - d.pleural - b.abdominal + b.pleural for b, d in pairs]
-        axes.plot(at, np.array(rise) / CMH2O, "o-", label=f"maximal, airway closed, {label}")
-        rows += [("d", f"transdiaphragmatic pressure at {v:.1f} L, {label}", p / CMH2O, "cmH2O",
+        rise = [diaphragm_rise(pair) for pair in pairs]
+        axes.plot(at, rise, "o-", label=f"maximal, airway closed, {label}")
+        rows += [("d", f"transdiaphragmatic pressure at {v:.1f} L, {label}", p, "cmH2O",
                   "163 at RV falling to 68 at 95 % TLC", "Wanke 1990")
                  for v, p in zip(at, rise, strict=True)]  # fmt: skip
     capacity = lung_capacity(resting.torso.subject)

@@ -179,12 +179,17 @@ def motion(resting: RestingTorso, trajectory: Trajectory, *, posture: str) -> Mo
     )
 
 
-def rest_motion(resting: RestingTorso, posture: str) -> Motion:
-    """The torso at rest as a motion of one frame; its pressures are not known (not a number)."""
-    state, nothing = resting.rest(posture).state, np.full(1, np.nan)
+def still_motion(resting: RestingTorso, state: engine.State, posture: str) -> Motion:
+    """A state as a motion of one frame; its pressures are not known (not a number)."""
+    nothing = np.full(1, np.nan)
     still = Trajectory(
         time=np.zeros(1), qpos=state.qpos[None], soft=state.soft[None], lung=nothing,
         chest=nothing, abdomen=nothing, alveolar=nothing, pleural=nothing, abdominal=nothing,
         flow=nothing, tension=np.zeros((0, 0)),
     )  # fmt: skip
     return motion(resting, still, posture=posture)
+
+
+def rest_motion(resting: RestingTorso, posture: str) -> Motion:
+    """The torso at rest as a motion of one frame."""
+    return still_motion(resting, resting.rest(posture).state, posture)

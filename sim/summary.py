@@ -136,13 +136,15 @@ def against_body(motion: Motion, points: Floats, body: str) -> Floats:
 
 
 def dome_descent(motion: Motion, rest: Motion, start: int, end: int) -> dict[str, float]:
-    """Mean way down of the dome and of its right posterior quarter between two frames, m."""
+    """Mean way down of the dome and of its posterior quarters between two frames, m."""
     still, moving = rest.soft["diaphragm"].vertices[0], motion.soft["diaphragm"].vertices
     dome = still[:, 2] > still[:, 2].max() - DOME_HEIGHT
     middle = still[dome, 0].mean()
-    quarter = dome & (still[:, 1] < 0.0) & (still[:, 0] < middle)
+    back = dome & (still[:, 0] < middle)
+    right, left = back & (still[:, 1] < 0.0), back & (still[:, 1] > 0.0)
     way = moving[start, :, 2] - moving[end, :, 2]
-    return {"mean": float(way[dome].mean()), "right_posterior": float(way[quarter].mean())}
+    parts = {"mean": dome, "right_posterior": right, "left_posterior": left}
+    return {name: float(way[part].mean()) for name, part in parts.items()}
 
 
 def steadiness(motion: Motion, breaths: list[Breath]) -> tuple[bool, float, str]:

@@ -30,6 +30,7 @@ wildcard_constraints:
 
 include: "recording.smk"
 include: "study.smk"
+include: "physiology.smk"
 
 
 if workflow.is_main_process:

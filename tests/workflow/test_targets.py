@@ -37,6 +37,16 @@ def test_mistyped_report_is_answered_with_the_nearest(plan):
     assert "\n" not in str(caught.value)
 
 
+def test_physiology_is_a_page_that_no_recording_answers_for(plan):
+    pages = ["reports/physiology.html", "reports/physiology.csv"]
+    check_targets(pages, [], plan.study)
+    assert plan.asked(pages) == ([], [])
+    assert plan.asked([*pages, "reports/subject1.html"]) == (["subject1"], [])
+    assert not set(pages) & set(plan.everything)
+    with pytest.raises(InputError, match=r"Did you mean reports/physiology\.html"):
+        check_targets(["reports/phisiology.html"], [], plan.study)
+
+
 def test_target_like_nothing_lists_what_there_is(plan):
     with pytest.raises(InputError, match=r"There are: reports/subject1\.html"):
         check_targets(["zzz"], [], plan.study)

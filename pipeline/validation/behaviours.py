@@ -1,0 +1,61 @@
+"""One place through which the validation asks the torso to do something."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sim.behaviour import run_controls
+from sim.control.library import STYLES, find_controls
+from sim.errors import ParameterError
+from sim.motion import Motion
+from sim.resting import RestingTorso
+from sim.simulate import Trajectory
+
+STEP = 0.001
+"""s, half of that of `pleura simulate`: at 2 ms a full supine inspiration of the man chatters."""
+
+
+class MissingBehaviour(ParameterError):
+    """The torso cannot do this yet."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Run:
+    """A behaviour as it was simulated.
+
+    Parameters
+    ----------
+    posture : "upright" or "supine"
+    rate : breaths a second
+    rest : the torso at rest in the same posture, one frame
+    """
+
+    posture: str
+    rate: float
+    trajectory: Trajectory
+    motion: Motion
+    rest: Motion
+
+
+def run_behaviour(name: str, resting: RestingTorso, posture: str) -> Run:
+    """Simulate a behaviour for its own duration, from rest.
+
+    Raises
+    ------
+    MissingBehaviour
+        if the torso has no such behaviour
+    """
+    if name not in STYLES:
+        raise MissingBehaviour(f"the behaviour '{name}' is not there yet")
+    controls = find_controls(name)
+    duration = controls.run_duration
+    if duration is None:
+        raise ParameterError(f"{controls.place}: says no duration_s. Add it.")
+    done = run_controls(resting, controls, posture=posture, duration=duration, step=STEP)
+    return Run(
+        posture=posture,
+        rate=1.0 / done.cycle,
+        trajectory=done.trajectory,
+        motion=done.motion,
+        rest=done.rest,
+    )

@@ -1,0 +1,96 @@
+"""Figures of laughs, coughs and sneezes."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.signal import find_peaks
+
+from pipeline.validation.behaviours import Run
+from pipeline.validation.static_figures import MMHG, Figures
+from sim.physics.types import Floats
+from sim.resting import RestingTorso
+from sim.summary import PASCAL_PER_CMH2O as CMH2O
+from sim.summary import swept_volume
+
+LITRES = 1e3
+STILL = 0.05e-3
+"""m^3/s; below it the glottis counts as closed."""
+PROMINENCE = 0.2
+"""Share of the largest excursion by which a burst stands out."""
+
+
+def burst_peaks(signal: Floats) -> np.ndarray:
+    """Frames at which bursts of a signal are largest."""
+    return np.asarray(find_peaks(signal, prominence=PROMINENCE * float(np.ptp(signal)))[0])
+
+
+def laugh_figures(run: Run, resting: RestingTorso) -> Figures:
+    """Burst rate, Hz; duration, s; drop of volume, L, and its shares; Pga - Pes, cmH2O."""
+    t, m = run.trajectory, run.motion
+    peaks = burst_peaks(t.alveolar)
+    low, rest = int(np.argmin(t.lung)), float(run.rest.volumes["lung"][0])
+    parts = _compartment_shares(run, low)
+    rise = (t.abdominal - t.pleural) - float(t.abdominal[0] - t.pleural[0])
+    rate = (len(peaks) - 1) / float(m.time[peaks[-1]] - m.time[peaks[0]]) if len(peaks) > 1 else 0
+    return {
+        "burst_rate": float(rate),
+        "duration": float(m.time[peaks[-1]] - m.time[peaks[0]]) if len(peaks) else 0.0,
+        "volume_drop": LITRES * (rest - float(t.lung[low])),
+        "pdi_rise": float(np.mean(rise[peaks])) / CMH2O if len(peaks) else 0.0,
+        **parts,
+    }
+
+
+def _compartment_shares(run: Run, low: int) -> Figures:
+    """Shares of upper thorax, lower thorax (below the xiphoid) and abdomen in a fall of volume."""
+    m = run.motion
+    n_dome = len(m.soft["diaphragm"].faces)
+    chest, belly = m.soft["chest_cavity"], m.soft["abdomen"]
+    level = m.markers[0][m.marker_names.index("XIPH"), 2]
+    sheet = chest.faces[:-n_dome]
+    upper = chest.vertices[0][sheet].mean(axis=1)[:, 2] > level
+    moved = {
+        "upper_thorax": swept_volume(chest.vertices[0], chest.vertices[low], sheet[upper]),
+        "lower_thorax": swept_volume(chest.vertices[0], chest.vertices[low], sheet[~upper]),
+        "abdomen": swept_volume(belly.vertices[0], belly.vertices[low], belly.faces[:-n_dome]),
+    }
+    whole = sum(moved.values())
+    return {f"share_{name}": volume / whole for name, volume in moved.items()}
+
+
+def cough_figures(run: Run, resting: RestingTorso) -> Figures:
+    """Gastric pressure, cmH2O; flow, L/s; volumes, L; times of the strongest cough of a run."""
+    t, time = run.trajectory, run.motion.time
+    peak = int(np.argmax(t.flow))
+    shut = peak
+    while shut > 0 and t.flow[shut] > STILL:
+        shut -= 1
+    begin = shut
+    while begin > 0 and abs(t.flow[begin - 1]) < STILL:
+        begin -= 1
+    end = peak
+    while end + 1 < len(t.flow) and t.flow[end + 1] > STILL:
+        end += 1
+    rate = np.gradient(t.pleural, time) / CMH2O
+    gastric = float(t.abdominal.max() - t.abdominal[0]) / CMH2O
+    return {
+        "gastric_pressure": gastric,
+        "gastric_pressure_mmhg": gastric / MMHG,
+        "oesophageal_pressure": float(t.pleural.max() - t.pleural[0]) / CMH2O,
+        "pressure_rate": float(rate.max()),
+        "peak_flow": LITRES * float(t.flow[peak]),
+        "peak_flow_l_min": 60.0 * LITRES * float(t.flow[peak]),
+        "compression": float(time[shut] - time[begin]),
+        "time_to_peak_ms": 1e3 * float(time[peak] - time[shut]),
+        "expired": LITRES * float(t.lung[shut] - t.lung[end]),
+        "inspired": LITRES * float(t.lung[: peak + 1].max() - t.lung[0]),
+    }
+
+
+def sneeze_figures(run: Run, resting: RestingTorso) -> Figures:
+    """The same of a sneeze, and how long its expiration lasts, s."""
+    t, time = run.trajectory, run.motion.time
+    out = cough_figures(run, resting)
+    fast = np.flatnonzero(t.flow > PROMINENCE * t.flow.max())
+    out["expiration"] = float(time[fast[-1]] - time[fast[0]])
+    return out
