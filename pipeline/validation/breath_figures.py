@@ -13,7 +13,6 @@ from sim.model.skeleton import SEGMENTS
 from sim.motion import Motion
 from sim.physics.types import Floats
 from sim.summary import (
-    PASCAL_PER_CMH2O,
     Breath,
     compartments,
     dome_descent,
@@ -21,6 +20,7 @@ from sim.summary import (
     rib_rotations,
     summarise,
 )
+from sim.units import PASCAL_PER_CMH2O
 
 CM = 1e2
 QUIET_RIBS = range(3, 8)

@@ -9,8 +9,8 @@ from pipeline.validation.behaviours import Run
 from pipeline.validation.static_figures import MMHG, Figures
 from sim.physics.types import Floats
 from sim.resting import RestingTorso
-from sim.summary import PASCAL_PER_CMH2O as CMH2O
 from sim.summary import swept_volume
+from sim.units import PASCAL_PER_CMH2O as CMH2O
 
 LITRES = 1e3
 STILL = 0.05e-3

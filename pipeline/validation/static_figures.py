@@ -25,8 +25,8 @@ from sim.statics import (
     diaphragm_rise,
     relaxation,
 )
-from sim.summary import PASCAL_PER_CMH2O as CMH2O
 from sim.summary import rib_rotations
+from sim.units import PASCAL_PER_CMH2O as CMH2O
 
 Figures = dict[str, Any]
 UPRIGHT = np.array([-30, -25, -20, -15, -10, -7.5, -2.5, 0, 2.5, 5, 9, 15, 20, 25]) * CMH2O
