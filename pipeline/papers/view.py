@@ -83,7 +83,7 @@ def outside(skin: list[Floats], sacrum: Floats) -> list[Floats]:
     lowest = int(np.argmin(line[:, 1]))
     behind = np.flatnonzero((np.arange(len(line)) > lowest) & (line[:, 1] < sacrum[1]))
     start = int(behind[np.argmin(line[behind, 0])])
-    end = start + int(np.argmax(line[start:, 1]))
+    end = start + int(np.argmax(line[start:, 1])) - 1
     return [line[: lowest + 1], line[start : end + 1]]
 
 
