@@ -142,6 +142,7 @@ class PapersSettings:
     map_least_level, map_most_level : contraction, level of the external intercostals
     map_shortest_s, map_longest_s : period of a breath
     map_settle_s : a run lasts at least as long before its last breath is taken
+    map_fine_below_s : breaths shorter than this take half the usual step
     map_batch : runs that a kill may cost
     ball_mass_kg, ball_height_m : of the ball that falls on the belly
     """
@@ -153,6 +154,7 @@ class PapersSettings:
     map_shortest_s: float
     map_longest_s: float
     map_settle_s: float
+    map_fine_below_s: float
     map_batch: int
     ball_mass_kg: float
     ball_height_m: float

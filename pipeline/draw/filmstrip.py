@@ -20,6 +20,8 @@ BAR = 100.0
 """mm, length of the scale bar."""
 FOOT = 44.0
 """mm below a panel, for the scale bar and its words."""
+LEAST_COLUMNS = 4
+"""A strip of few panels is drawn as wide as one of so many, so that scales stay comparable."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -147,7 +149,7 @@ def filmstrip_svg(panels: Sequence[Panel], *, still: View | None = None, columns
             out.append(
                 f'<path d="M{left - GAP / 2:.0f},{top + HEAD:.0f}v{tall:.0f}" stroke="{FAINT}"/>'
             )
-    width, height = n_columns * step - GAP, n_rows * row
+    width, height = max(n_columns, LEAST_COLUMNS) * step - GAP, n_rows * row
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}"'
         f' width="{width:.0f}" height="{height:.0f}" font-family="DejaVu Sans, sans-serif"'

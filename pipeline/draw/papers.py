@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -99,7 +98,8 @@ def map_svg(contractions: Floats, periods: Floats, tidal: Floats, calm: tuple[fl
     top = min(slow, float(periods[-1]))
     axis.add_patch(Rectangle((contractions[0], quick), float(np.ptp(contractions)), top - quick,
                              fill=False, ec="white", lw=1.0, ls=(0, (4, 3))))  # fmt: skip
-    axis.annotate("13 to 17 a minute", (float(contractions[-1]), quick), xytext=(-4, 3),
+    rates = "{:.0f} to {:.0f} a minute".format(*NORMAL_RATE)
+    axis.annotate(rates, (float(contractions[-1]), quick), xytext=(-4, 3),
                   textcoords="offset points", ha="right", va="bottom", fontsize=8)  # fmt: skip
     axis.plot(*calm, "o", mfc="none", mec="white", ms=8, mew=1.8)
     axis.annotate("calm", calm, xytext=(8, -3), textcoords="offset points", color="white",
@@ -126,12 +126,8 @@ def ribs_svg(forms: Mapping[str, tuple[Floats, Floats, Floats]]) -> str:
         above, below = axes[k], axes[n + k]
         ribs = np.arange(1, turn.shape[1] + 1)
         colours = colormaps["viridis"](np.linspace(0.0, 0.9, len(ribs)))
-        ends = _apart(turn[int(len(time) * 0.45)], 0.045 * float(np.ptp(turn)))
-        for rib, colour, line, end in zip(ribs, colours, turn.T, ends, strict=True):
-            above.plot(time, line, color=colour, lw=1.1)
-            above.annotate(str(rib), (float(time[-1]), end), xytext=(4, 0), fontsize=7,
-                           textcoords="offset points", va="center", color=colour,
-                           annotation_clip=False)  # fmt: skip
+        for colour, line in zip(colours, turn.T, strict=True):
+            above.plot(time, line, color=colour, lw=1.2)
         above.set(title=title, xlabel="time from the onset of inspiration (s)",
                   xlim=(0.0, float(time[-1])))  # fmt: skip
         below.bar(ribs, 1e3 * late, color=colours)
@@ -143,14 +139,6 @@ def ribs_svg(forms: Mapping[str, tuple[Floats, Floats, Floats]]) -> str:
     axes[0].set_ylabel("rotation, front end up (°)")
     axes[n].set_ylabel("later than rib 1 (ms)")
     return as_svg(figure)
-
-
-def _apart(heights: Floats, least: float) -> Floats:
-    """Heights of labels, moved so that none is nearer to the next than `least`."""
-    order, out = np.argsort(heights), heights.astype(float).copy()
-    for before, after in itertools.pairwise(order):
-        out[after] = max(out[after], out[before] + least)
-    return np.asarray(out - (out.mean() - heights.mean()))
 
 
 def skin_svg(lines: Sequence[Mapping[str, Any]], gain: float) -> str:
@@ -176,7 +164,7 @@ def skin_svg(lines: Sequence[Mapping[str, Any]], gain: float) -> str:
         axis.set(title="as it is" if factor == 1.0 else f"changes {gain:.0f} times as large",
                  xlabel="forwards (mm)")  # fmt: skip
     axes[0].set_ylabel("up (mm)")
-    axes[0].legend(fontsize=8, loc="center", title="after the onset", title_fontsize=8)
+    axes[0].legend(fontsize=8, loc="center", title="after full exhale", title_fontsize=8)
     return as_svg(figure)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,7 @@ def cross_figures(f: Mapping[str, Any]) -> Figures:
     f : `STYLE.NAME` to value
     """
     laughs = EVENTS[:3]
-    made = {
+    made: dict[str, Callable[[], object]] = {
         "panting_under_calm": lambda: f["panting.tidal_volume_l"] < f["calm.tidal_volume_l"],
         "deep_over_calm": lambda: f["deep.tidal_volume_l"] > f["calm.tidal_volume_l"],
         "navel_over_sternum": lambda: f["calm.belly_forward_mm"] / f["calm.chest_forward_mm"],

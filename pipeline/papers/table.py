@@ -125,7 +125,7 @@ def judge(
         side, shown = compare(row.low, row.high, value) or "in", page.number(found)
     good = side in ("in", "yes")
     told = [mechanisms.get((key, side)) for key in (row.key, row.key.removesuffix(f"_{row.form}"))]
-    why = told[0] or told[1] or row.note or (row.band if good else "not explained yet")
+    why = told[0] or told[1] or row.note or ("" if good else "not explained yet")
     verdict = Verdict.HOLDS if good else Verdict.FAILS
     return Judged(row=row, value=value, shown=shown, verdict=verdict, why=why)
 
