@@ -1,4 +1,4 @@
-"""A ball on the belly, the printed control file, the size of the system."""
+"""A ball on the belly, the printed control file, the muscle laws, the size of the system."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from pipeline import page, places
 from pipeline.papers.behaviours import MAN, curve_csv, matrix_csv
+from pipeline.papers.muscles import write_muscles
 from pipeline.records import write_json, write_text
 from pipeline.settings import PapersSettings
 from sim.behaviour import run_controls
@@ -102,6 +103,7 @@ def size_figures(resting: RestingTorso) -> dict[str, Any]:
 def run_experiments(folder: Path, settings: PapersSettings) -> Path:
     """Make all of them and write experiments.json with its curves."""
     began, resting = time.monotonic(), rest_torso(MAN)
+    write_muscles(folder)
     ball, pictures, curves = ball_figures(resting, settings)
     write_text(folder / "ball.csv", curves)
     write_json(folder / "ball_pictures.json", pictures)

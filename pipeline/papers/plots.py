@@ -20,6 +20,8 @@ from sim.control.library import find_controls
 
 FORMS = ("papers", "calibrated")
 STRIPS = ("calm", "giggle", "laugh", "belly_laugh", "cough", "sneeze", "paradoxical")
+MUSCLES = tuple(f"muscle_{name}" for name in ("curves", "activation", "contraction_strip",
+                "relaxation_strip", "release", "release_strip"))  # fmt: skip
 SPAN, PAIR_SPAN = 16.0, 16.0
 """s of a run that are shown."""
 SKIN_GAIN = 5.0
@@ -111,6 +113,7 @@ def drawings(folder: Path, parts: Mapping[str, Any], figures: Mapping[str, Any])
         ),
     }  # fmt: skip
     out = {name: page.own_ids(text, name) if text else None for name, text in made.items()}
+    out |= {name: page.inline_svg(folder / f"{name}.svg") for name in MUSCLES}
     out["ribs"] = _ribs(folder, figures)
     for form in FORMS:
         skin = folder / form / "skin.json"

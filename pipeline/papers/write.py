@@ -14,6 +14,7 @@ from markupsafe import Markup
 from pipeline import page, records
 from pipeline.papers import plots
 from pipeline.papers.cross import read_figures
+from pipeline.papers.muscles import judged_muscles
 from pipeline.papers.table import (
     LEFT_OUT,
     RUNS,
@@ -161,7 +162,7 @@ def context(folder: Path) -> dict[str, Any]:
     """
     parts = {name: records.read_json(folder / f"{name}.json") for name in PARTS}
     figures = read_figures(folder)
-    rows = judge_all(figures)
+    rows = [*judge_all(figures), *judged_muscles(folder)]
     sections = by_section(rows)
     whole = counts([str(r.verdict) for r in rows])
     return {

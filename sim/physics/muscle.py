@@ -54,6 +54,29 @@ def active_factor(
     return force_length(ratio, width) * force_velocity(rate, curvature, eccentric)
 
 
+@compiled
+def active_slopes(
+    ratio: float, width: float, curvature: float, v_max: float
+) -> tuple[float, float]:
+    """Bounds on the stiffness and damping of the active part, per unit of its full force.
+
+    The steepest slope of the force-velocity curve stands for its slope: an implicit step is
+    stable with a matrix that is too large, never with one too small.
+
+    Parameters
+    ----------
+    ratio : fibre length over optimal length
+    v_max : 1/s
+
+    Returns
+    -------
+    per unit of strain, and s: per unit of strain rate
+    """
+    steepest = (1.0 + curvature) / curvature
+    stiffness = max(0.0, -2.0 * (ratio - 1.0) / width**2)
+    return stiffness, force_length(ratio, width) * steepest / v_max
+
+
 @inner
 def _exponential(power: float) -> float:
     """e^power for a power in [-16, 0], to 1e-14 of itself, by series, scaling and squaring.
