@@ -70,7 +70,7 @@ def _path(lines: Sequence[Floats], style: str, *, close: bool = False) -> str:
     """One path of many lines; y grows downwards in SVG."""
     parts = []
     for line in lines:
-        x, y = MM * line[:, 0], -MM * line[:, 1]
+        x, y = MM * line[:, 0], 0.0 - MM * line[:, 1]
         points = " ".join(f"{a:.0f},{b:.0f}" for a, b in zip(x, y, strict=True))
         parts.append(f"M{points}{'Z' if close else ''}")
     return f'<path d="{"".join(parts)}" {style}/>' if parts else ""

@@ -155,9 +155,7 @@ def skin_svg(lines: Sequence[Mapping[str, Any]], gain: float) -> str:
         for line, colour in zip(lines, colours, strict=True):
             for part in ("front", "back"):
                 first, now = np.array(lines[0][part]), np.array(line[part])
-                moved = _by_length(first, _share(first))
-                change = _by_length(now, _share(first)) - moved
-                shown = 1e3 * (moved + factor * change)
+                shown = 1e3 * (first + factor * (now - first))
                 label = f"{line['time_s']:.1f} s" if part == "front" else None
                 axis.plot(*shown.T, color=colour, lw=1.1, label=label)
         axis.set_aspect("equal")
@@ -166,17 +164,6 @@ def skin_svg(lines: Sequence[Mapping[str, Any]], gain: float) -> str:
     axes[0].set_ylabel("up (mm)")
     axes[0].legend(fontsize=8, loc="center", title="after full exhale", title_fontsize=8)
     return as_svg(figure)
-
-
-def _share(line: Floats) -> Floats:
-    """Share of a line's length at each of its points."""
-    way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
-    return np.asarray(way / way[-1])
-
-
-def _by_length(line: Floats, share: Floats) -> Floats:
-    own = _share(line)
-    return np.stack([np.interp(share, own, c) for c in line.T], axis=1)
 
 
 def ball_svg(pictures: Mapping[str, Any], curves: Curve) -> str:

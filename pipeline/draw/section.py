@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,17 +15,31 @@ NUDGE = 1e-9
 Edge = tuple[int, int]
 
 
-def _crossing(vertices: Floats, edge: Edge, side: Floats) -> Floats:
-    a, b = edge
-    share = side[a] / (side[a] - side[b])
-    point = vertices[a] + share * (vertices[b] - vertices[a])
-    return np.asarray(point[[0, 2]])
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Cut:
+    """A line on a surface: its points lie on edges and go with them.
+
+    Parameters
+    ----------
+    edge : (n, 2), vertices
+    share : (n,), of the way from the first to the second
+    """
+
+    edge: Ints
+    share: Floats
+
+    def points(self, vertices: Floats) -> Floats:
+        """(n, 2), x and z of the line where the vertices (n_vertices, 3) now are."""
+        a, b = vertices[self.edge[:, 0]], vertices[self.edge[:, 1]]
+        return np.asarray((a + self.share[:, None] * (b - a))[:, [0, 2]])
+
+    def part(self, chosen: slice) -> Cut:
+        """Some points of the line."""
+        return Cut(edge=self.edge[chosen], share=self.share[chosen])
 
 
-def sagittal_section(vertices: Floats, faces: Ints, y: float) -> list[Floats]:
-    """Lines in which a surface meets a sagittal plane, (n, 2) of x and z each.
-
-    A line that comes back to its start is closed: its last point is its first.
+def sagittal_cuts(vertices: Floats, faces: Ints, y: float) -> list[Cut]:
+    """Lines in which a surface meets a sagittal plane, open ones first.
 
     Parameters
     ----------
@@ -43,9 +59,15 @@ def sagittal_section(vertices: Floats, faces: Ints, y: float) -> list[Floats]:
     # open lines first, from an end; what is left is closed
     for start in sorted(joined, key=lambda edge: (len(joined[edge]), edge)):
         if start in joined:
-            chain = _follow(joined, start)
-            lines.append(np.array([_crossing(vertices, edge, side) for edge in chain]))
+            edge = np.array(_follow(joined, start), dtype=np.int64)
+            first, second = side[edge[:, 0]], side[edge[:, 1]]
+            lines.append(Cut(edge=edge, share=first / (first - second)))
     return lines
+
+
+def sagittal_section(vertices: Floats, faces: Ints, y: float) -> list[Floats]:
+    """Points of `sagittal_cuts`, (n, 2) of x and z each."""
+    return [cut.points(vertices) for cut in sagittal_cuts(vertices, faces, y)]
 
 
 def _follow(joined: dict[Edge, list[Edge]], start: Edge) -> list[Edge]:

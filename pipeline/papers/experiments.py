@@ -25,6 +25,8 @@ PRINTED = page.TABLES / "printed_control_file.xml"
 MM, PERCENT = 1e3, 1e2
 MIDLINE = 0.02
 """m; points of the wall nearer to the midline are drawn."""
+BEFORE = 6
+"""Frames before the ball strikes, for the first picture."""
 AXES_OF_A_BALL_JOINT = 3
 
 
@@ -39,6 +41,8 @@ def ball_figures(
     near = np.flatnonzero(np.abs(done.start[:, 1]) < MIDLINE)
     near = near[(done.start[near, 0] > 0.0)]
     near = near[np.argsort(done.start[near, 2])]
+    moments = {"falling": max(0, struck - BEFORE), "struck": struck, "deepest": deepest,
+               "end": len(dent) - 1}  # fmt: skip
     pictures = {
         "radius_mm": MM * done.radius,
         "frames": [
@@ -48,10 +52,9 @@ def ball_figures(
                 "wall_mm": (MM * done.wall[frame][near][:, [2, 0]]).tolist(),
                 "ball_mm": (MM * done.ball[frame, [2, 0]]).tolist(),
             }
-            for title, frame in (("falling", 0), ("struck", struck), ("deepest", deepest),
-                                 ("end", len(dent) - 1))
+            for title, frame in moments.items()
         ],
-    }  # fmt: skip
+    }
     figures = {
         "volume_error_pct": float(np.abs(error).max()),
         "dent_mm": float(dent.max()),

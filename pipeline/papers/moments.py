@@ -41,6 +41,15 @@ def breath(done: Behaviour) -> Moments:
     return [("full exhale", b.low), ("full inhale", b.high)]
 
 
+def whole_breath(done: Behaviour) -> Moments:
+    """The last breath: empty, half-way in, full, half-way out."""
+    b, lung = find_breaths(done.motion, done.cycle)[-1], done.trajectory.lung
+    half = 0.5 * (lung[b.low] + lung[b.high])
+    inward = b.low + int(np.argmin(np.abs(lung[b.low : b.high + 1] - half)))
+    out = b.high + int(np.argmin(np.abs(lung[b.high : b.last + 1] - half)))
+    return [("full exhale", b.low), ("half in", inward), ("full inhale", b.high), ("half out", out)]
+
+
 def laugh(done: Behaviour) -> Moments:
     """Rest, two calls of the bout's middle with the pauses after them, its end."""
     lung, peaks = done.trajectory.lung, contractions(done)
@@ -81,7 +90,7 @@ def sneeze(done: Behaviour) -> Moments:
 
 
 STRIPS: dict[str, Callable[[Behaviour], Moments]] = {
-    "calm": breath,
+    "calm": whole_breath,
     "laugh": laugh,
     "belly_laugh": laugh,
     "giggle": laugh,

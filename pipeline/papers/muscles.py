@@ -14,7 +14,7 @@ from sim.muscle_comparison import FAILS, HOLDS, PARTLY, Comparison, compare_laws
 
 SECTION = "muscle laws"
 OUR_VERDICT = {HOLDS: Verdict.HOLDS, PARTLY: Verdict.PARTLY, FAILS: Verdict.FAILS}
-NOTHING_PRINTED = "–"
+NOTHING_PRINTED = ("–", "(not printed)")
 LAWS = ("spring", "hill")
 AFTER_ACTIVATION = (0.0, 0.1, 0.2, 0.3, 0.48, 0.7, 1.0, 2.0)
 AFTER_REST = (0.0, 0.1, 0.3, 0.5, 0.65, 0.8, 1.0, 2.0)
@@ -58,7 +58,7 @@ def write_muscles(folder: Path) -> None:
         {"quantity": v.quantity, "printed": v.printed, "ours": v.ours, "verdict": v.verdict,
          "why": v.why}
         for v in compared.verdicts
-        if v.printed != NOTHING_PRINTED
+        if v.printed not in NOTHING_PRINTED
     ]  # fmt: skip
     write_json(folder / "muscles.json", {"rows": rows})
 

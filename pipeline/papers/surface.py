@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.draw.section import sagittal_section
 from pipeline.papers.view import chosen_frames, outside
 from sim.behaviour import Behaviour
 from sim.resting import RestingTorso
@@ -38,16 +37,15 @@ def skin_change(resting: RestingTorso, done: Behaviour) -> SkinChange:
     frames = np.linspace(b.low, b.high, SNAPSHOTS).round().astype(int)
     skins = skin_frames(resting, chosen_frames(done.trajectory, frames.tolist()))
     rim = resting.torso.anatomy.pelvis_rim[0][[0, 2]]
-    lines = []
-    for frame, skin in zip(frames, skins, strict=True):
-        cut = outside(sagittal_section(skin, resting.skin.faces, 0.0), rim)
-        lines.append(
-            {
-                "time_s": float(done.motion.time[frame] - done.motion.time[b.low]),
-                "front": cut[0].tolist(),
-                "back": cut[1].tolist(),
-            }
-        )
+    front, back = outside(skins[0], resting.skin.faces, rim)
+    lines = [
+        {
+            "time_s": float(done.motion.time[frame] - done.motion.time[b.low]),
+            "front": front.points(skin).tolist(),
+            "back": back.points(skin).tolist(),
+        }
+        for frame, skin in zip(frames, skins, strict=True)
+    ]
     moved = MM * np.linalg.norm(skins[-1] - skins[0], axis=1)
     m = done.motion
     way = MM * (m.markers[b.high] - m.markers[b.low])

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pipeline.draw.filmstrip import View
-from pipeline.draw.section import Floats, sagittal_section
+from pipeline.draw.section import Cut, Floats, Ints, sagittal_cuts, sagittal_section
 from sim.behaviour import Behaviour
 from sim.model.anatomy import Anatomy
 from sim.model.skeleton import segment_of
@@ -70,21 +70,25 @@ def _bodies_of_spine(anatomy: Anatomy) -> list[tuple[str, Floats, Floats]]:
     return out
 
 
-def outside(skin: list[Floats], sacrum: Floats) -> list[Floats]:
+def outside(vertices: Floats, faces: Ints, sacrum: Floats) -> list[Cut]:
     """Front and back of the skin's midline, without the floor and the lid that close the model.
+
+    The longest cut runs down the front, along the floor, up the back and over the lid.
 
     Parameters
     ----------
-    skin : cut at the midline; the longest line runs down the front, along the floor, up the back
+    vertices, faces : of the skin
     sacrum : (2,), back of the pelvis' rim
     """
-    line = max(skin, key=len)
-    line = line if line[0, 0] > line[-1, 0] else line[::-1]
+    cut = max(sagittal_cuts(vertices, faces, 0.0), key=lambda one: len(one.share))
+    line = cut.points(vertices)
+    if line[0, 0] < line[-1, 0]:
+        cut, line = cut.part(slice(None, None, -1)), line[::-1]
     lowest = int(np.argmin(line[:, 1]))
     behind = np.flatnonzero((np.arange(len(line)) > lowest) & (line[:, 1] < sacrum[1]))
     start = int(behind[np.argmin(line[behind, 0])])
     end = start + int(np.argmax(line[start:, 1])) - 1
-    return [line[: lowest + 1], line[start : end + 1]]
+    return [cut.part(slice(lowest + 1)), cut.part(slice(start, end + 1))]
 
 
 def dome_plane(rest: Motion) -> float:
@@ -121,7 +125,7 @@ def views(resting: RestingTorso, done: Behaviour, frames: Sequence[int]) -> list
         facets = [at("sternum", anatomy.facet[RIGHT, i])[0] for i in range(7)]
         out.append(
             View(
-                skin=outside(sagittal_section(skin, resting.skin.faces, 0.0), rim[0]),
+                skin=[cut.points(skin) for cut in outside(skin, resting.skin.faces, rim[0])],
                 chest=cuts["chest_cavity"],
                 abdomen=cuts["abdomen"],
                 diaphragm=cuts["diaphragm"],
