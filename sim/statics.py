@@ -98,11 +98,30 @@ def closed_effort(
     """
     bench = at_volume(resting, volume)
     if braced:
-        bench.locked[:] = HOLD
-        start = int(bench.torso.skeleton.model.joint("central_tendon").dofadr[0])
-        bench.locked[start : start + 6] = 0.0
+        _brace(bench)
     before = bench.go(0.5)
     return before, bench.ramp(RISE, levels, hold=HELD)
+
+
+def _brace(bench: Bench) -> None:
+    """Hold all bones but the central tendon."""
+    bench.locked[:] = HOLD
+    start = int(bench.torso.skeleton.model.joint("central_tendon").dofadr[0])
+    bench.locked[start : start + 6] = 0.0
+
+
+def inspired_effort(resting: RestingTorso, levels: dict[str, float]) -> tuple[Point, Point]:
+    """Inspire, close the airway, brace, and contract the diaphragm fully: relaxed, during.
+
+    The measured maxima at high volume are made like this: the volume is reached by the muscles'
+    own work, so that the diaphragm is shorter than in a torso filled from outside.
+    """
+    bench = Bench(resting)
+    before = bench.go(0.5)
+    bench.ramp(RISE, levels, hold=2.0 * HELD)
+    bench.close_airway()
+    _brace(bench)
+    return before, bench.go(HELD, {**levels, "diaphragm": 1.0})
 
 
 def open_effort(resting: RestingTorso, levels: dict[str, float]) -> tuple[Point, Point]:

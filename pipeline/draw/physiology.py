@@ -39,7 +39,8 @@ class Curves:
     title : who
     volume, wall, lung : (n,), relaxed chest wall and lung
     capacity : RV, FRC, TLC as predicted
-    effort_volume, effort : (m,), the diaphragm's maximum with the ribs held
+    effort_volume, effort : (m,), the diaphragm's maximum with the ribs held, lung filled passively
+    active_volume, active : (k,), the same after an active inspiration
     statics, efforts : published values beside the two
     """
 
@@ -50,6 +51,8 @@ class Curves:
     capacity: Sequence[float]
     effort_volume: Floats
     effort: Floats
+    active_volume: Floats
+    active: Floats
     statics: Sequence[Measured]
     efforts: Sequence[Measured]
 
@@ -80,7 +83,9 @@ def diaphragm_svg(people: Sequence[Curves]) -> str:
     figure, axes = panels(1, len(people), width=8.4, height=3.4)
     for axis, person in zip(axes, people, strict=True):
         axis.plot(person.effort_volume, person.effort, "o-", color=SIMULATED, ms=4,
-                  label="simulated, ribs held")  # fmt: skip
+                  label="ribs held, lung filled passively")  # fmt: skip
+        axis.plot(person.active_volume, person.active, "o--", color=ACCENT, ms=4,
+                  label="ribs held, after an active inspiration")  # fmt: skip
         _spans(axis, person.efforts, sideways=False)
         axis.set(title=person.title, xlabel="lung volume (L)", ylim=(0, 220))
     axes[0].set_ylabel("transdiaphragmatic pressure (cmH2O)")

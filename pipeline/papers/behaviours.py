@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pipeline import places
-from pipeline.draw.filmstrip import Panel, filmstrip_svg
+from pipeline.draw.filmstrip import Panel, View, filmstrip_svg
 from pipeline.draw.section import Floats
 from pipeline.papers import moments, ribs, surface
 from pipeline.papers.events import event_details
@@ -64,9 +64,9 @@ def matrix_csv(first: str, time: Floats, names: list[str], values: Floats) -> st
     return stream.getvalue()
 
 
-def panels(resting: RestingTorso, done: Behaviour, about: str = "") -> tuple[list[Panel], Any]:
+def panels(resting: RestingTorso, done: Behaviour, style: str) -> tuple[list[Panel], View]:
     """Pictures of a behaviour's moments, and the torso at rest."""
-    chosen = moments.STRIPS[about or "calm"](done)
+    chosen = moments.STRIPS[style](done)
     t = done.trajectory
     drawn = views(resting, done, [0, *(frame for _, frame in chosen)])
     made = [
@@ -105,7 +105,7 @@ def _pictures(
             yield style, filmstrip_svg(made, still=still)
     if set(PAIR) <= set(runs):
         both: list[Panel] = []
-        still = None
+        still: View | None = None
         for style, word in zip(PAIR, ("paradoxical", "normal"), strict=True):
             made, still = panels(resting, runs[style], style)
             both += [Panel(view=p.view, title=f"{word}, {p.title}", line=p.line) for p in made]

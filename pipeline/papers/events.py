@@ -12,9 +12,9 @@ from pipeline.papers.moments import contractions, gasps
 from sim.behaviour import Behaviour
 from sim.physics.types import Floats
 from sim.summary import dome_descent
-from sim.units import PASCAL_PER_CMH2O
 
-MM = 1e3
+MM, LITRES = 1e3, 1e3
+"""Per metre, per cubic metre."""
 UPPER_BACK = "T1-T4"
 """The segment whose tilt tells how far the spine is pulled."""
 
@@ -37,18 +37,15 @@ def event_details(done: Behaviour, capacity: Mapping[str, float]) -> dict[str, A
 
     Parameters
     ----------
-    capacity : "rv", "frc" and "tlc" as predicted, m^3
+    capacity : "rv" as predicted, m^3
     """
     t = done.trajectory
     peaks, way = contractions(done), tilt(done)
     out: dict[str, Any] = {
         "contractions": len(peaks),
-        "least_volume_over_rv_l": MM * (float(t.lung.min()) - capacity["rv"]),
-        "expired_l": MM * float(t.lung.max() - t.lung[int(np.argmax(t.lung)) :].min()),
-        "tilt_forward_deg": float(way.max()),
+        "least_volume_over_rv_l": LITRES * (float(t.lung.min()) - capacity["rv"]),
+        "expired_l": LITRES * float(t.lung.max() - t.lung[int(np.argmax(t.lung)) :].min()),
         "tilt_range_deg": float(np.ptp(way)),
-        "largest_volume_over_tlc_l": MM * (float(t.lung.max()) - capacity["tlc"]),
-        "abdominal_pressure_growth_cmh2o": float(np.ptp(t.abdominal)) / PASCAL_PER_CMH2O,
     }
     if peaks:
         before = max(0, peaks[0] - round(0.5 / float(np.median(np.diff(t.time)))))

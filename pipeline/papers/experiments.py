@@ -25,7 +25,7 @@ PRINTED = page.TABLES / "printed_control_file.xml"
 MM, PERCENT = 1e3, 1e2
 MIDLINE = 0.02
 """m; points of the wall nearer to the midline are drawn."""
-BEFORE = 6
+BEFORE = 4
 """Frames before the ball strikes, for the first picture."""
 AXES_OF_A_BALL_JOINT = 3
 

@@ -23,6 +23,7 @@ from sim.statics import (
     closed_effort,
     compliance,
     diaphragm_rise,
+    inspired_effort,
     relaxation,
 )
 from sim.summary import rib_rotations
@@ -36,6 +37,8 @@ SONG = 16.3
 """cmH2O, pressure of insufflation in Song 2006 (12 mmHg)."""
 HIGH = 0.95
 """Share of TLC at which efforts at high volume are made (Wanke 1990)."""
+INSPIRED = (0.1, 0.3, 0.6, 0.8, 1.0)
+"""Levels by which the volumes of efforts are reached actively."""
 INSPIRE = np.array([1.0, 1.0, 0.0, 0.0])
 EXPIRE = np.array([0.0, 0.0, 1.0, 1.0])
 EXPEL = np.array([0.0, 1.0, 0.0, 1.0])
@@ -115,8 +118,12 @@ def effort_figures(resting: RestingTorso) -> tuple[Figures, dict[str, list[float
         out[f"{name}_pdi"] = diaphragm_rise(pair)
         fall = (pair[0].pleural - pair[1].pleural) / CMH2O
         out[f"{name}_pleural_share"] = fall / out[f"{name}_pdi"]
+    active = [inspired_effort(resting, level_groups(share * INSPIRE)) for share in INSPIRED]
+    volume = np.array([during.lung for _, during in active]) / LITRE
+    shorter = [diaphragm_rise(pair) for pair in active]
+    out["pdi_high_active"] = float(np.interp(HIGH * tlc / LITRE, volume, shorter))
     curve = {"volume": [before.lung / LITRE for before, _ in alone], "pdi": rise}
-    return out, curve
+    return out, curve | {"active_volume": volume.tolist(), "active_pdi": shorter}
 
 
 def _at_depth(motion: Motion, resting: RestingTorso, posture: str, pressure: float) -> Figures:

@@ -25,7 +25,7 @@ class Verdict(StrEnum):
 
     IN = "in"
     OUT = "out"
-    NO_BAND = "no band"
+    NO_RANGE = "no range"
     NOT_THERE = "not stated"
 
 
@@ -149,7 +149,7 @@ def judge(
     elif math.isnan(band.low) and math.isnan(band.high):
         shown = page.number(float(found))
         return Judged(
-            band=band, value=float(found), shown=shown, verdict=Verdict.NO_BAND, why=band.note
+            band=band, value=float(found), shown=shown, verdict=Verdict.NO_RANGE, why=band.note
         )
     else:
         value, shown = float(found), page.number(float(found))

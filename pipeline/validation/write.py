@@ -52,6 +52,7 @@ COLUMNS = (
 TARGET = 0.8
 """Share of the emergent rows that should be in their bands; of the tuned ones all should."""
 WHO = {"male": "man", "female": "woman", "both": "both"}
+POSTURE = {"upright": "", "supine": ", supine", "both": ", both postures"}
 VERIFIED = {"yes": "verified", "partial": "partly verified", "no": "recalled"}
 
 
@@ -101,7 +102,7 @@ def _shown(r: Judged) -> dict[str, Any]:
     drawn = not math.isnan(value) and not (math.isnan(b.low) and math.isnan(b.high))
     return {
         "band": b,
-        "who": WHO[b.sex] + ("" if b.posture == "upright" else f", {b.posture}"),
+        "who": WHO[b.sex] + POSTURE[b.posture],
         "limits": band_text(b),
         "unit": "" if b.unit in (FINDING, "1") else b.unit,
         "shown": r.shown.replace("-", "−"),
@@ -119,6 +120,8 @@ def grouped(rows: Sequence[Judged]) -> list[list[dict[str, Any]]]:
         band = row["band"]
         before = out[-1][0]["band"] if out else None
         if before and (before.quantity, before.citation) == (band.quantity, band.citation):
+            if out[-1][-1]["why"] == row["why"]:
+                out[-1][-1]["why"] = ""
             out[-1].append(row)
         else:
             out.append([row])
@@ -172,6 +175,8 @@ def curves(person: Mapping[str, Any]) -> Curves:
         capacity=rahn["capacity"],
         effort_volume=np.array(effort["volume"]),
         effort=np.array(effort["pdi"]),
+        active_volume=np.array(effort["active_volume"]),
+        active=np.array(effort["active_pdi"]),
         statics=beside(statics),
         efforts=beside(efforts),
     )

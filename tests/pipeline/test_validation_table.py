@@ -75,7 +75,7 @@ def test_finding_is_true_or_not():
 
 def test_value_without_a_range_is_shown_and_not_judged():
     row = judged(1.5, replace(BAND, low=math.nan, high=math.nan))
-    assert row.verdict is Verdict.NO_BAND
+    assert row.verdict is Verdict.NO_RANGE
     assert row.value == 1.5
 
 
@@ -88,7 +88,7 @@ def test_row_that_cannot_be_stated_says_why():
 def test_only_judged_rows_count_in_the_share():
     rows = [judged(v) for v in (1.5, 1.6, 3.0, None)]
     assert share_in(rows) == pytest.approx(2 / 3)
-    assert counts(rows)["emergent"] == {"in": 2, "out": 1, "no band": 0, "not stated": 1}
+    assert counts(rows)["emergent"] == {"in": 2, "out": 1, "no range": 0, "not stated": 1}
     assert math.isnan(share_in([]))
 
 
@@ -132,7 +132,12 @@ def _person(sex):
         "figures": figures,
         "missing": {"laugh_upright": "the behaviour 'laugh' is not there <yet>"},
         "rahn": {**curve, "capacity": [1.5, 3.0, 6.0]},
-        "diaphragm": {"volume": [1.5, 3.0, 6.0], "pdi": [160.0, 150.0, 70.0]},
+        "diaphragm": {
+            "volume": [1.5, 3.0, 6.0],
+            "pdi": [160.0, 150.0, 70.0],
+            "active_volume": [3.0, 6.0],
+            "active_pdi": [150.0, 60.0],
+        },
     }
 
 

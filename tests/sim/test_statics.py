@@ -1,0 +1,79 @@
+"""Static experiments: what has to hold whatever the torso's numbers are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.bench import Bench, Point
+from sim.model.torso import lung_capacity
+from sim.resting import RestingTorso
+from sim.statics import (
+    LITRE,
+    as_arrays,
+    at_volume,
+    closed_effort,
+    compliance,
+    diaphragm_rise,
+    inspired_effort,
+    relaxation,
+)
+from sim.summary import PASCAL_PER_CMH2O
+
+
+def test_swept_volumes_add_up_to_the_change_of_the_chest(resting: RestingTorso) -> None:
+    rest = resting.torso.parameters["end_expiratory_pleural"]
+    low, start, high = relaxation(resting, np.array([rest - 250.0, rest + 250.0]), "upright")
+    assert low.lung < start.lung < high.lung
+    for point in (low, high):
+        swept = point.rib_cage + point.wall - start.rib_cage - start.wall
+        assert swept == pytest.approx(point.chest - start.chest, abs=0.01 * LITRE)
+
+
+def test_rest_is_where_the_bench_starts(resting: RestingTorso) -> None:
+    point = Bench(resting).go(0.5)
+    assert point.lung == pytest.approx(lung_capacity(resting.torso.subject)["frc"], rel=1e-3)
+    assert point.pleural / PASCAL_PER_CMH2O == pytest.approx(-5.0, abs=0.05)
+    assert abs(point.rib_cage) + abs(point.wall) < 0.005 * LITRE
+
+
+def test_closed_airway_keeps_the_gas(resting: RestingTorso) -> None:
+    volume = lung_capacity(resting.torso.subject)["frc"] + 0.5 * LITRE
+    bench = at_volume(resting, volume)
+    gas = float(bench.state.gas[0])
+    point = bench.go(0.5, {"diaphragm": 0.2})
+    # a closed airway is a resistance of 1e12 Pa s/m^3: a few kPa let out some 1e-8 of the gas
+    assert float(bench.state.gas[0]) == pytest.approx(gas, rel=1e-6)
+    atmosphere = bench.plant.constants.atmosphere
+    assert point.lung * (point.alveolar + atmosphere) == pytest.approx(gas, rel=1e-3)
+
+
+def test_braced_bones_stand_still_in_an_effort(resting: RestingTorso) -> None:
+    frc = lung_capacity(resting.torso.subject)["frc"]
+    before, during = closed_effort(resting, frc, {"diaphragm": 0.3}, braced=True)
+    rib = resting.torso.rows[0][4]
+    assert np.abs(during.places[rib] - before.places[rib]).max() < 1e-4
+    assert during.abdominal - during.pleural > before.abdominal - before.pleural
+
+
+def test_own_inspiration_leaves_the_diaphragm_shorter_than_filling(resting: RestingTorso) -> None:
+    torso = resting.torso
+    relaxed, active = inspired_effort(resting, {"diaphragm": 0.15, "external_intercostals": 0.3})
+    filled, passive = closed_effort(resting, active.lung, {"diaphragm": 1.0}, braced=True)
+    assert active.lung > relaxed.lung + 0.5 * LITRE
+    assert passive.lung > active.lung
+
+    def fibres(point: Point) -> float:
+        way = np.diff(point.places[torso.diaphragm], axis=1)
+        return float(np.linalg.norm(way, axis=2).sum(axis=1).mean())
+
+    assert fibres(active) < fibres(passive) < fibres(filled)
+    assert diaphragm_rise((relaxed, active)) < diaphragm_rise((filled, passive))
+
+
+def test_compliance_is_the_slope_about_a_pressure(resting: RestingTorso) -> None:
+    point = Bench(resting).go(0.1)
+    assert as_arrays([point], point)["rib_cage"] == pytest.approx([0.0])
+    pressure = np.array([-20.0, -7.0, -5.0, -3.0, 10.0])
+    volume = np.where(np.abs(pressure + 5.0) <= 3.0, 0.1 * pressure, 99.0)
+    assert compliance(pressure, volume, -5.0) == pytest.approx(0.1)
