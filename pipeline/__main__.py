@@ -54,6 +54,11 @@ def _parser() -> argparse.ArgumentParser:
     validate = commands.add_parser("validate", help="simulate a person of reports/physiology.html")
     validate.add_argument("sex", choices=("male", "female"))
     commands.add_parser("physiology", help="write reports/physiology.html and .csv")
+    reproduce = commands.add_parser("reproduce", help="make runs of reports/papers.html")
+    reproduce.add_argument("part", choices=("papers", "calibrated", "map", "experiments"))
+    reproduce.add_argument("--settings", metavar="JSON", help="given by the workflow")
+    reproduce.add_argument("--processes", type=int, default=os.cpu_count() or 1, metavar="N")
+    commands.add_parser("papers", help="write reports/papers.html and .csv")
     check = commands.add_parser("check", help="check tables and files before any run")
     _add_study(check)
     new = commands.add_parser("new", help="make the folder of a study")
@@ -136,6 +141,24 @@ def _physiology(options: argparse.Namespace) -> int:
     return 0
 
 
+def _reproduce(options: argparse.Namespace) -> int:
+    from pipeline.papers.make import make_part
+    from pipeline.workflow import PAPERS
+
+    path = make_part(options.part, PAPERS, options.settings, options.processes)
+    print(f"papers: {path}", flush=True)
+    return 0
+
+
+def _papers(options: argparse.Namespace) -> int:
+    from pipeline.papers.write import write_papers
+    from pipeline.workflow import PAPERS, REPORTS
+
+    for path in write_papers(PAPERS, REPORTS):
+        print(f"papers: {path}", flush=True)
+    return 0
+
+
 def _check(options: argparse.Namespace) -> int:
     from pipeline.workflow import read_plan
 
@@ -173,6 +196,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = _parser().parse_args(words)
         actions = {"check": _check, "new": _new, "version": _version, "report": _report}
         actions |= {"validate": _validate, "physiology": _physiology}
+        actions |= {"reproduce": _reproduce, "papers": _papers}
         actions |= dict.fromkeys(PAGE_HELP, _page)
         return actions.get(options.command, _stage)(options)
     except TorsoError as error:

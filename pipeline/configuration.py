@@ -14,7 +14,13 @@ from typing import Any
 import yaml
 
 from pipeline import places
-from pipeline.settings import FitSettings, MarkerSettings, PosteriorSettings, SignatureSettings
+from pipeline.settings import (
+    FitSettings,
+    MarkerSettings,
+    PapersSettings,
+    PosteriorSettings,
+    SignatureSettings,
+)
 from sim.errors import InputError
 
 SECTIONS: dict[str, type] = {
@@ -22,6 +28,7 @@ SECTIONS: dict[str, type] = {
     "signature": SignatureSettings,
     "fit": FitSettings,
     "posterior": PosteriorSettings,
+    "papers": PapersSettings,
 }
 STUDY_FILE = Path("config/config.yaml")
 TABLES = ("recordings", "subjects")

@@ -132,3 +132,37 @@ class PosteriorSettings:
     min_taus: int
     probability: float
     n_draws: int
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PapersSettings:
+    """The page that makes the papers' figures anew.
+
+    map_contractions, map_periods : runs of the map of breaths along its two axes
+    map_least_level, map_most_level : contraction, level of the external intercostals
+    map_shortest_s, map_longest_s : period of a breath
+    map_settle_s : a run lasts at least as long before its last breath is taken
+    map_fine_below_s : breaths shorter than this take half the usual step
+    map_batch : runs that a kill may cost
+    ball_mass_kg, ball_height_m : of the ball that falls on the belly
+    """
+
+    map_contractions: int
+    map_periods: int
+    map_least_level: float
+    map_most_level: float
+    map_shortest_s: float
+    map_longest_s: float
+    map_settle_s: float
+    map_fine_below_s: float
+    map_batch: int
+    ball_mass_kg: float
+    ball_height_m: float
+
+    def __post_init__(self) -> None:
+        if min(self.map_contractions, self.map_periods) < 2 or self.map_batch < 1:
+            raise ValueError("map_contractions and map_periods are 2 or more, map_batch 1 or more.")
+        if not 0.0 < self.map_least_level < self.map_most_level <= 1.0:
+            raise ValueError("map_least_level is over 0, under map_most_level, which is at most 1.")
+        if not 0.2 <= self.map_shortest_s < self.map_longest_s:
+            raise ValueError("map_shortest_s is at least 0.2 and under map_longest_s.")

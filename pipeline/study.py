@@ -14,7 +14,7 @@ from pipeline.configuration import nearest, read_yaml
 from sim.errors import InputError
 
 SCHEMAS = Path(__file__).parent / "schemas"
-RESERVED = ("all", "error_table", "group", "physiology", "README")
+RESERVED = ("all", "error_table", "group", "papers", "physiology", "README")
 NAME = re.compile(r"\w[\w.-]*")
 
 Row = dict[str, str]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 from collections.abc import Collection, Mapping
@@ -16,9 +17,11 @@ from pipeline.study import Entry, Study, read_study
 from sim.errors import InputError
 
 RESULTS, REPORTS = Path("results"), Path("reports")
-PHYSIOLOGY = RESULTS / "physiology"
+PHYSIOLOGY, PAPERS = RESULTS / "physiology", RESULTS / "papers"
 PAGES = tuple(f"{REPORTS}/{page}" for page in ("error_table.html", "error_table.csv", "group.html"))
-OTHER_PAGES = tuple(f"{REPORTS}/physiology.{kind}" for kind in ("csv", "html"))
+OTHER_PAGES = tuple(
+    f"{REPORTS}/{folder.name}.{kind}" for folder in (PHYSIOLOGY, PAPERS) for kind in ("csv", "html")
+)
 """Pages that are not about the study's recordings; only made when asked for."""
 
 
@@ -41,6 +44,11 @@ class Plan:
         return [str(entry.file), *([str(entry.markers)] if entry.markers else [])]
 
     @property
+    def papers(self) -> str:
+        """Settings of the papers' page as text."""
+        return json.dumps(self.config["papers"], sort_keys=True)
+
+    @property
     def everything(self) -> list[str]:
         """Every page of the study."""
         return [*(f"{REPORTS}/{name}.html" for name in self.study.names), *PAGES]
@@ -57,7 +65,11 @@ class Plan:
         ----------
         targets : as typed; none, a rule or a page of the study needs every row
         """
-        about = [t for t in map(_normal, targets) if t not in (*OTHER_PAGES, PHYSIOLOGY.name)]
+        about = [
+            t
+            for t in map(_normal, targets)
+            if t not in (*OTHER_PAGES, PHYSIOLOGY.name, PAPERS.name)
+        ]
         if targets and not about:
             return [], []
         targets = about

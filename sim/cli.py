@@ -7,23 +7,20 @@ import csv
 import math
 import os
 import sys
-import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NoReturn
 
+from sim.behaviour import run_controls
 from sim.control.controls import Controls
 from sim.control.library import FORMS, STYLES, find_controls
 from sim.errors import InputError, ParameterError, TorsoError
-from sim.events import event_figures
 from sim.model.anatomy import Subject
-from sim.motion import Motion, motion, rest_motion
+from sim.motion import Motion
 from sim.rest import GRAVITY
 from sim.resting import RestingTorso, rest_torso
-from sim.simulate import simulate
-from sim.summary import summarise
 from sim.tables import CALIBRATED, SETS, parameters
 from sim.trajectory import save_motion
 from sim.writing import write_summary
@@ -197,29 +194,21 @@ def run_task(task: Task, resting: RestingTorso) -> tuple[Motion, dict[str, Any]]
     ----------
     resting : the task's subject at rest
     """
-    rest, numbers = rest_motion(resting, task.posture), resting.torso.parameters
-    controls = replace(task.controls, step=min(task.controls.run_step, numbers["longest_step"]))
+    controls = task.controls
     beside = task.out or task.json or Path(task.style)
-    drive = controls.drive(task.duration, numbers)
-    start = time.perf_counter()
-    trajectory = simulate(
-        resting, drive.activation, posture=task.posture, step=controls.run_step,
-        rate=controls.run_frames, tension=task.out is not None, larynx=drive.larynx,
-        bend=drive.bend, dump=beside.with_suffix(".unstable.npz"),
+    done = run_controls(
+        resting, controls, posture=task.posture, duration=task.duration,
+        tension=task.out is not None, dump=beside.with_suffix(".unstable.npz"),
     )  # fmt: skip
-    taken = time.perf_counter() - start
-    moved = motion(resting, trajectory, posture=task.posture)
     torso, size = resting.torso, task.subject
     figures = {"style": task.style, "form": task.form, "duration_s": task.duration}
-    figures |= {"step_s": controls.run_step, "posture": task.posture, "subject": task.name}
+    figures |= {"step_s": done.step, "posture": task.posture, "subject": task.name}
     figures |= {"sex": size.sex, "stature_m": size.stature, "mass_kg": size.mass}
-    figures |= summarise(moved, rest, rate=1.0 / controls.run_cycle(task.duration))
-    closed = controls.closed_time(task.duration)
-    figures |= event_figures(trajectory, moved, rest, closed=closed)
+    figures |= done.figures()
     if task.style == "vital_capacity":
         figures["vital_capacity_l"] = figures["tidal_volume_l"]
     figures |= {
-        "realtime_factor": task.duration / taken,
+        "realtime_factor": done.realtime_factor,
         "n_rigid_bodies": torso.skeleton.model.nbody - 1,
         "n_particles": torso.n_particles,
         "n_muscle_elements": len(torso.plant.muscles.a),
@@ -227,7 +216,7 @@ def run_task(task: Task, resting: RestingTorso) -> tuple[Motion, dict[str, Any]]
         "seed": task.seed,
         "version": metadata.version("pleura"),
     }
-    return moved, figures
+    return done.motion, figures
 
 
 def _lines(figures: dict[str, Any]) -> str:

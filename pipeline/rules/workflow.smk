@@ -31,6 +31,7 @@ wildcard_constraints:
 include: "recording.smk"
 include: "study.smk"
 include: "physiology.smk"
+include: "papers.smk"
 
 
 if workflow.is_main_process:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+from sim.behaviour import run_controls
 from sim.control.library import find_controls
-from sim.motion import Motion, motion, rest_motion
+from sim.errors import ParameterError
+from sim.motion import Motion
 from sim.resting import RestingTorso
-from sim.simulate import Trajectory, simulate
+from sim.simulate import Trajectory
 
 STEP = 0.001
 """s, at most: at 2 ms a full supine inspiration of the man chatters."""
@@ -40,17 +42,14 @@ def run_behaviour(name: str, resting: RestingTorso, posture: str) -> Run:
         if there is no such behaviour
     """
     controls = find_controls(name)
-    controls = replace(controls, step=min(STEP, controls.run_step))
-    duration = controls.run_duration or 0.0
-    drive = controls.drive(duration, resting.torso.parameters)
-    trajectory = simulate(
-        resting, drive.activation, posture=posture, step=controls.run_step,
-        rate=controls.run_frames, larynx=drive.larynx, bend=drive.bend,
-    )  # fmt: skip
+    duration = controls.run_duration
+    if duration is None:
+        raise ParameterError(f"{controls.place}: says no duration_s. Add it.")
+    done = run_controls(resting, controls, posture=posture, duration=duration, step=STEP)
     return Run(
         posture=posture,
-        rate=1.0 / controls.run_cycle(duration),
-        trajectory=trajectory,
-        motion=motion(resting, trajectory, posture=posture),
-        rest=rest_motion(resting, posture),
+        rate=1.0 / done.cycle,
+        trajectory=done.trajectory,
+        motion=done.motion,
+        rest=done.rest,
     )

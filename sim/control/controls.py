@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -132,6 +132,10 @@ class Controls:
     def run_step(self) -> float:
         """Step of the simulation, s."""
         return BREATH_STEP if self.step is None else self.step
+
+    def at_step(self, step: float) -> Controls:
+        """The same controls with another step of the simulation, s."""
+        return replace(self, step=step)
 
     @property
     def run_frames(self) -> float:

@@ -37,14 +37,15 @@ def test_mistyped_report_is_answered_with_the_nearest(plan):
     assert "\n" not in str(caught.value)
 
 
-def test_physiology_is_a_page_that_no_recording_answers_for(plan):
-    pages = ["reports/physiology.html", "reports/physiology.csv"]
+@pytest.mark.parametrize("name", ["physiology", "papers"])
+def test_a_page_that_no_recording_answers_for(plan, name):
+    pages = [f"reports/{name}.html", f"reports/{name}.csv"]
     check_targets(pages, [], plan.study)
     assert plan.asked(pages) == ([], [])
     assert plan.asked([*pages, "reports/subject1.html"]) == (["subject1"], [])
     assert not set(pages) & set(plan.everything)
-    with pytest.raises(InputError, match=r"Did you mean reports/physiology\.html"):
-        check_targets(["reports/phisiology.html"], [], plan.study)
+    with pytest.raises(InputError, match=rf"Did you mean reports/{name}\.html"):
+        check_targets([f"reports/{name[:-1]}e{name[-1]}.html"], [], plan.study)
 
 
 def test_target_like_nothing_lists_what_there_is(plan):

@@ -1,0 +1,199 @@
+"""Write reports/papers.html and .csv from what was simulated."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+
+from pipeline import page, records
+from pipeline.papers import plots
+from pipeline.papers.cross import read_figures
+from pipeline.papers.muscles import judged_muscles
+from pipeline.papers.table import (
+    LEFT_OUT,
+    RUNS,
+    Judged,
+    Verdict,
+    counts,
+    judge_all,
+)
+from pipeline.validation.strip import strip
+from pipeline.validation.table import FINDING, compare
+
+COLUMNS = ("section", "paper", "place", "quantity", "run", "printed", "low", "high", "unit",
+           "value", "verdict", "why", "band", "note")  # fmt: skip
+PARTS = ("papers", "calibrated", "map", "experiments")
+"""Records of the heavy rules."""
+CLASSES = {Verdict.HOLDS: "good", Verdict.FAILS: "bad"}
+
+
+def _text(value: float) -> str:
+    return "" if math.isnan(value) else f"{value:.6g}"
+
+
+def csv_rows(rows: Sequence[Judged]) -> list[dict[str, str]]:
+    """Rows of papers.csv."""
+    out = []
+    for r in rows:
+        p = r.row
+        same = ("section", "paper", "place", "quantity", "printed", "unit", "band", "note")
+        out.append(
+            {
+                **{key: getattr(p, key) for key in same},
+                "run": RUNS[p.form],
+                "low": _text(p.low),
+                "high": _text(p.high),
+                "value": _text(r.value) or r.shown.replace("–", ""),
+                "verdict": str(r.verdict),
+                "why": r.why,
+            }
+        )
+    return out
+
+
+def limits(low: float, high: float) -> str:
+    """Limits as they are printed: both, one, or a single number."""
+    lower, upper = (f"{v:.4g}".replace("-", "−") for v in (low, high))
+    if math.isnan(low):
+        return f"up to {upper}"
+    if math.isnan(high):
+        return f"from {lower}"
+    return lower if low == high else f"{lower} to {upper}"
+
+
+def shown(r: Judged) -> dict[str, Any]:
+    """A row as the template has it."""
+    p = r.row
+    number = p.unit != FINDING
+    drawn = number and not math.isnan(r.value) and p.low != p.high
+    return {
+        "quantity": p.quantity,
+        "place": f"{p.paper}, {p.place}",
+        "run": RUNS[p.form],
+        "printed": p.printed,
+        "limits": limits(p.low, p.high) if number else "yes",
+        "unit": p.unit if number and p.unit != "1" else "",
+        "band": p.band,
+        "shown": r.shown.replace("-", "−"),
+        "strip": _strip(p.low, p.high, r.value) if drawn else "",
+        "verdict": str(r.verdict),
+        "class": CLASSES.get(r.verdict, "soft"),
+        "why": r.why,
+    }
+
+
+def _strip(low: float, high: float, value: float) -> Markup:
+    # a band that begins or ends at nothing has no size to scale by
+    if 0.0 in (low, high) and (math.isnan(low) or math.isnan(high)):
+        return Markup()
+    return strip(low, high, value, compare(low, high, value))
+
+
+def grouped(rows: Sequence[Judged]) -> list[list[dict[str, Any]]]:
+    """Rows as they are shown; those of one quantity and place together."""
+    out: list[list[dict[str, Any]]] = []
+    for row in map(shown, rows):
+        before = out[-1][0] if out else {}
+        if all(before.get(key) == row[key] for key in ("quantity", "place")):
+            if out[-1][-1]["why"] == row["why"]:
+                out[-1][-1]["why"] = ""
+            out[-1].append(row)
+        else:
+            out.append([row])
+    return out
+
+
+def by_section(rows: Sequence[Judged]) -> dict[str, list[Judged]]:
+    """Rows of every section, in the order of the table."""
+    out: dict[str, list[Judged]] = {}
+    for row in rows:
+        out.setdefault(row.row.section, []).append(row)
+    return out
+
+
+def tally(sections: Mapping[str, Sequence[Judged]]) -> list[dict[str, Any]]:
+    """A line a section: its rows and their verdicts."""
+    return [
+        {"section": name, "n": len(rows), **counts([str(r.verdict) for r in rows])}
+        for name, rows in sections.items()
+    ]
+
+
+def problems(parts: Mapping[str, Any], rows: Sequence[Judged]) -> list[str]:
+    """One line for each run that is missing, with what it costs, and for old records."""
+    lines = []
+    for form in ("papers", "calibrated"):
+        for style, why in parts[form]["missing"].items():
+            start = f"{form}.{style}."
+            lost = sum(r.verdict is Verdict.NOT_THERE and r.row.figure.startswith(start)
+                       for r in rows)  # fmt: skip
+            lines.append(f"{RUNS[form]}: {style.replace('_', ' ')}: {why}; rows without it: {lost}")
+    lines += [f"{r.row.quantity} ({RUNS[r.row.form]}): {r.why}" for r in rows
+              if r.verdict is Verdict.NOT_THERE]  # fmt: skip
+    if parts["map"]["figures"]["failed"]:
+        lines.append(
+            f"map: {parts['map']['figures']['failed']} runs diverged; their cells are blank"
+        )
+    sources = {name: part["source"] for name, part in parts.items()}
+    if len(set(sources.values())) > 1:
+        told = ", ".join(f"{name} {source}" for name, source in sources.items())
+        lines.append(f"records of different versions of the code stand side by side: {told}")
+    return lines
+
+
+def made(parts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """How long each part took, and of which version it is."""
+    lines = [(f"{name}: seconds", page.number(part["seconds"])) for name, part in parts.items()]
+    return [*lines, ("version", parts["map"]["version"]), ("code", parts["map"]["source"])]
+
+
+def context(folder: Path) -> dict[str, Any]:
+    """Everything that the template shows.
+
+    Parameters
+    ----------
+    folder : results of the heavy rules
+    """
+    parts = {name: records.read_json(folder / f"{name}.json") for name in PARTS}
+    figures = read_figures(folder)
+    rows = [*judge_all(figures), *judged_muscles(folder)]
+    sections = by_section(rows)
+    whole = counts([str(r.verdict) for r in rows])
+    return {
+        "rows": rows,
+        "whole": whole,
+        "n_rows": len(rows),
+        "misses": [shown(r) for r in rows if r.verdict is Verdict.FAILS],
+        "tally": tally(sections),
+        "sections": {name: grouped(found) for name, found in sections.items()},
+        "drawings": plots.drawings(folder, parts, figures),
+        "left_out": page.read_rows(LEFT_OUT),
+        "parts_of": parts,
+        "made": made(parts),
+        "problems": problems(parts, rows),
+    }
+
+
+def write_papers(folder: Path, reports: Path) -> list[Path]:
+    """Write the page and the table beside it.
+
+    Parameters
+    ----------
+    folder : results of the heavy rules
+    reports : where the page goes
+    """
+    found = context(folder)
+    stream = io.StringIO()
+    writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(csv_rows(found["rows"]))
+    paths = [reports / "papers.csv", reports / "papers.html"]
+    records.write_text(paths[0], stream.getvalue())
+    records.write_text(paths[1], page.render("papers.html", **found))
+    return paths
