@@ -6,6 +6,7 @@ import csv
 import io
 import time
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -101,15 +102,14 @@ def _pictures(
     """Name and text of every strip; the paradoxical pair shares one."""
     for style, done in runs.items():
         if style in moments.STRIPS and style not in PAIR:
-            made, outline = panels(resting, done, style)
-            yield style, filmstrip_svg(made, still=outline)
+            alone, rest = panels(resting, done, style)
+            yield style, filmstrip_svg(alone, still=rest)
     if set(PAIR) <= set(runs):
         both: list[Panel] = []
-        still: View | None = None
         for style, word in zip(PAIR, ("paradoxical", "normal"), strict=True):
-            made, still = panels(resting, runs[style], style)
-            both += [Panel(view=p.view, title=f"{word}, {p.title}", line=p.line) for p in made]
-        yield "paradoxical", filmstrip_svg(both, still=still, columns=4)
+            own, rest = panels(resting, runs[style], style)
+            both += [replace(panel, title=f"{word}, {panel.title}") for panel in own]
+        yield PAIR[0], filmstrip_svg(both, still=rest)
 
 
 def simulate_form(form: str, folder: Path) -> Path:

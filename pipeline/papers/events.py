@@ -15,6 +15,8 @@ from sim.summary import dome_descent
 
 MM, LITRES = 1e3, 1e3
 """Per metre, per cubic metre."""
+BEFORE = 0.5
+"""s before the first contraction; the fullest moment in it is what the dome rises from."""
 UPPER_BACK = "T1-T4"
 """The segment whose tilt tells how far the spine is pulled."""
 
@@ -28,7 +30,7 @@ def tilt(done: Behaviour) -> Floats:
 
 
 def dome_rise(done: Behaviour, start: int, end: int) -> float:
-    """Mm by which the dome has risen between two frames."""
+    """Way of the dome up between two frames, mm."""
     return -MM * dome_descent(done.motion, done.rest, start, end)["mean"]
 
 
@@ -48,16 +50,11 @@ def event_details(done: Behaviour, capacity: Mapping[str, float]) -> dict[str, A
         "tilt_range_deg": float(np.ptp(way)),
     }
     if peaks:
-        before = max(0, peaks[0] - round(0.5 / float(np.median(np.diff(t.time)))))
-        frames = range(peaks[0], _least_after(t.lung, peaks[0]) + 1)
-        high = int(np.argmin(np.abs(t.lung - t.lung[before : peaks[0] + 1].max())))
+        before = max(0, peaks[0] - round(BEFORE / float(np.median(np.diff(t.time)))))
+        high = before + int(np.argmax(t.lung[before : peaks[0] + 1]))
+        frames = range(peaks[0], peaks[0] + int(np.argmin(t.lung[peaks[0] :])) + 1)
         out["dome_rise_mm"] = max(dome_rise(done, high, f) for f in frames)
     flows = [flow for _, flow in gasps(done)]
     out["gasps"] = len(flows)
     out["gasps_grow"] = bool(len(flows) > 1 and (np.diff(flows) > 0.0).all())
     return out
-
-
-def _least_after(lung: Floats, frame: int) -> int:
-    """Frame of the least volume within what follows a frame."""
-    return frame + int(np.argmin(lung[frame:]))

@@ -48,9 +48,9 @@ def test_bones_and_skin_hardly_stir(resting: RestingTorso, ten_seconds: Trajecto
 
 def test_pleural_pressure_is_that_of_rest(resting: RestingTorso, ten_seconds: Trajectory) -> None:
     assert ten_seconds.pleural[-1] / CMH2O == pytest.approx(-5.0, abs=0.1)
-    assert abs(ten_seconds.alveolar[-1]) / CMH2O < 0.02
-    # net flow of the last five seconds, against some 300 mL/s in quiet breathing; from the volume,
-    # as single frames of the flow show the contact's chatter
+    # the last five seconds as a whole, as single frames show the contact's chatter (0.04 cmH2O);
+    # net flow against some 300 mL/s in quiet breathing
+    assert abs(ten_seconds.alveolar[-50:].mean()) / CMH2O < 0.02
     assert abs(ten_seconds.lung[-1] - ten_seconds.lung[-51]) / 5.0 < 1e-6
 
 
