@@ -178,10 +178,10 @@ def ball_svg(pictures: Mapping[str, Any], curves: Curve) -> str:
         axis.add_patch(Circle((at[0], at[1]), r, color="#5c666e"))
         axis.set_aspect("equal")
         axis.set(title=f"{frame['title']}, {frame['time_s']:.2f} s", ylim=(
-            every[:, 1].min() - 10, max(every[:, 1].max() + 140, 0)),
+            every[:, 1].min() - 10, max(every[:, 1].max() + 160, 0)),
             xlim=(every[:, 0].min() - 10, every[:, 0].max() + 10))  # fmt: skip
         axis.tick_params(labelsize=7)
-    axes[0].set_ylabel("up, off the bed (mm)", fontsize=8)
+    axes[0].set_ylabel("up (mm)", fontsize=8)
     axes[0].set_xlabel("towards the head (mm)", fontsize=8)
     grid = axes[0].get_gridspec()
     if grid is not None:
