@@ -8,7 +8,7 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from sim.motion import Motion
-from sim.physics.types import Floats
+from sim.physics.types import Floats, Ints
 from sim.simulate import Trajectory
 from sim.summary import swept_volume
 from sim.units import CUBIC_METRE_PER_LITRE, PASCAL_PER_CMH2O
@@ -24,6 +24,13 @@ LEAST_FALL = 5e-5
 """m^3; a smaller fall below the resting volume has no shares."""
 
 
+def burst_frames(pressure: Floats) -> Ints:
+    """(n,), frames at which the bursts of a pressure (n_frames,), Pa, are largest."""
+    peaks, about = find_peaks(pressure, prominence=LEAST_BURST)
+    large = about["prominences"] >= BURST_SHARE * about["prominences"].max(initial=0.0)
+    return np.asarray(peaks[large], dtype=np.int64)
+
+
 def burst_rate(time: Floats, pressure: Floats) -> float | None:
     """Bursts of a pressure in a second, or nothing if there is no such rhythm.
 
@@ -32,11 +39,7 @@ def burst_rate(time: Floats, pressure: Floats) -> float | None:
     time : (n,), s
     pressure : (n,), Pa
     """
-    peaks, about = find_peaks(pressure, prominence=LEAST_BURST)
-    if len(peaks) < LEAST_BURSTS:
-        return None
-    peaks = peaks[about["prominences"] >= BURST_SHARE * about["prominences"].max()]
-    between = np.diff(time[peaks])
+    between = np.diff(time[burst_frames(pressure)])
     between = between[between <= LONGEST_BURST]
     return float(1.0 / between.mean()) if len(between) >= LEAST_BURSTS - 1 else None
 

@@ -25,16 +25,13 @@ from pipeline.papers.table import (
 )
 from pipeline.validation.strip import strip
 from pipeline.validation.table import FINDING, compare
+from pipeline.validation.write import number_cell, verdict_cells
 
 COLUMNS = ("section", "paper", "place", "quantity", "run", "printed", "low", "high", "unit",
            "value", "verdict", "why", "band", "note")  # fmt: skip
 PARTS = ("papers", "calibrated", "map", "experiments")
 """Records of the heavy rules."""
 CLASSES = {Verdict.HOLDS: "good", Verdict.FAILS: "bad"}
-
-
-def _text(value: float) -> str:
-    return "" if math.isnan(value) else f"{value:.6g}"
 
 
 def csv_rows(rows: Sequence[Judged]) -> list[dict[str, str]]:
@@ -47,11 +44,9 @@ def csv_rows(rows: Sequence[Judged]) -> list[dict[str, str]]:
             {
                 **{key: getattr(p, key) for key in same},
                 "run": RUNS[p.form],
-                "low": _text(p.low),
-                "high": _text(p.high),
-                "value": _text(r.value) or r.shown.replace("–", ""),
-                "verdict": str(r.verdict),
-                "why": r.why,
+                "low": number_cell(p.low),
+                "high": number_cell(p.high),
+                **verdict_cells(r),
             }
         )
     return out

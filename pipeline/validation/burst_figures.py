@@ -3,59 +3,34 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import find_peaks
 
 from pipeline.validation.behaviours import Run
 from pipeline.validation.static_figures import MMHG, Figures
-from sim.physics.types import Floats
+from sim.events import burst_frames, burst_rate, fall_shares
 from sim.resting import RestingTorso
-from sim.summary import swept_volume
 from sim.units import PASCAL_PER_CMH2O as CMH2O
 
 LITRES = 1e3
 STILL = 0.05e-3
 """m^3/s; below it the glottis counts as closed."""
 PROMINENCE = 0.2
-"""Share of the largest excursion by which a burst stands out."""
-
-
-def burst_peaks(signal: Floats) -> np.ndarray:
-    """Frames at which bursts of a signal are largest."""
-    return np.asarray(find_peaks(signal, prominence=PROMINENCE * float(np.ptp(signal)))[0])
+"""Share of the largest flow above which a sneeze still breathes out."""
 
 
 def laugh_figures(run: Run, resting: RestingTorso) -> Figures:
     """Burst rate, Hz; duration, s; drop of volume, L, and its shares; Pga - Pes, cmH2O."""
-    t, m = run.trajectory, run.motion
-    peaks = burst_peaks(t.alveolar)
+    t, time = run.trajectory, run.motion.time
+    peaks = burst_frames(t.alveolar)
     low, rest = int(np.argmin(t.lung)), float(run.rest.volumes["lung"][0])
-    parts = _compartment_shares(run, low)
     rise = (t.abdominal - t.pleural) - float(t.abdominal[0] - t.pleural[0])
-    rate = (len(peaks) - 1) / float(m.time[peaks[-1]] - m.time[peaks[0]]) if len(peaks) > 1 else 0
+    shares = fall_shares(run.motion, run.rest, low) or {}
     return {
-        "burst_rate": float(rate),
-        "duration": float(m.time[peaks[-1]] - m.time[peaks[0]]) if len(peaks) else 0.0,
+        "burst_rate": burst_rate(time, t.alveolar) or 0.0,
+        "duration": float(time[peaks[-1]] - time[peaks[0]]) if len(peaks) else 0.0,
         "volume_drop": LITRES * (rest - float(t.lung[low])),
         "pdi_rise": float(np.mean(rise[peaks])) / CMH2O if len(peaks) else 0.0,
-        **parts,
+        **{f"share_{part}": share for part, share in shares.items()},
     }
-
-
-def _compartment_shares(run: Run, low: int) -> Figures:
-    """Shares of upper thorax, lower thorax (below the xiphoid) and abdomen in a fall of volume."""
-    m = run.motion
-    n_dome = len(m.soft["diaphragm"].faces)
-    chest, belly = m.soft["chest_cavity"], m.soft["abdomen"]
-    level = m.markers[0][m.marker_names.index("XIPH"), 2]
-    sheet = chest.faces[:-n_dome]
-    upper = chest.vertices[0][sheet].mean(axis=1)[:, 2] > level
-    moved = {
-        "upper_thorax": swept_volume(chest.vertices[0], chest.vertices[low], sheet[upper]),
-        "lower_thorax": swept_volume(chest.vertices[0], chest.vertices[low], sheet[~upper]),
-        "abdomen": swept_volume(belly.vertices[0], belly.vertices[low], belly.faces[:-n_dome]),
-    }
-    whole = sum(moved.values())
-    return {f"share_{name}": volume / whole for name, volume in moved.items()}
 
 
 def cough_figures(run: Run, resting: RestingTorso) -> Figures:

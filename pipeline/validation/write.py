@@ -56,8 +56,15 @@ POSTURE = {"upright": "", "supine": ", supine", "both": ", both postures"}
 VERIFIED = {"yes": "verified", "partial": "partly verified", "no": "recalled"}
 
 
-def _text(value: float) -> str:
+def number_cell(value: float) -> str:
+    """A number as a table's cell has it; nothing for what is not a number."""
     return "" if math.isnan(value) else f"{value:.6g}"
+
+
+def verdict_cells(row: Any) -> dict[str, str]:
+    """Columns value, verdict and why of a judged row of either page."""
+    shown = number_cell(row.value) or row.shown.replace("–", "")
+    return {"value": shown, "verdict": str(row.verdict), "why": row.why}
 
 
 def csv_rows(rows: Sequence[Judged]) -> list[dict[str, str]]:
@@ -71,12 +78,10 @@ def csv_rows(rows: Sequence[Judged]) -> list[dict[str, str]]:
                 **{key: getattr(b, key) for key in ("set", "area", "quantity", "condition", "sex",
                    "posture", "verified", "unit", "citation", "doi", "note")},
                 "class": b.kind,
-                "low": yes or _text(b.low),
-                "high": yes or _text(b.high),
-                "published": _text(b.value),
-                "value": _text(r.value) or r.shown.replace("–", ""),
-                "verdict": str(r.verdict),
-                "why": r.why,
+                "low": yes or number_cell(b.low),
+                "high": yes or number_cell(b.high),
+                "published": number_cell(b.value),
+                **verdict_cells(r),
             }
         )  # fmt: skip
     return out

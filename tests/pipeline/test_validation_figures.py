@@ -9,10 +9,11 @@ import pytest
 
 from pipeline.validation.behaviours import run_behaviour
 from pipeline.validation.breath_figures import loop_turn, phase_angle
-from pipeline.validation.burst_figures import burst_peaks, cough_figures, sneeze_figures
+from pipeline.validation.burst_figures import cough_figures, sneeze_figures
 from pipeline.validation.capacity_figures import girth
 from pipeline.validation.static_figures import falls, reached
 from sim.errors import ParameterError
+from sim.events import burst_frames
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
 CMH2O = 98.0665
@@ -86,8 +87,8 @@ def test_figures_of_a_planted_cough():
 
 def test_bursts_stand_out_of_a_slow_fall():
     time = np.arange(0.0, 3.0, 0.01)
-    pressure = np.clip(np.sin(2.0 * np.pi * 5.0 * time), 0.0, None) - 0.1 * time
-    peaks = burst_peaks(pressure)
+    pressure = 1000.0 * (np.clip(np.sin(2.0 * np.pi * 5.0 * time), 0.0, None) - 0.1 * time)
+    peaks = burst_frames(pressure)
     assert len(peaks) == 15
     assert np.diff(time[peaks]).mean() == pytest.approx(0.2, rel=0.01)
 
