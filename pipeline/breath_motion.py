@@ -60,6 +60,8 @@ def _two_breaths(simulator: BreathSimulator, levels: Floats) -> Trajectory:
     activation = simulator.activation(levels)
     more = round(1.0 / (simulator.rate * BREATH_STEP))
     activation = np.concatenate([activation, activation[:more]])
+    bend = simulator.spine()
+    bend = None if bend is None else np.concatenate([bend, bend[:more]])
     try:
         return simulate(
             simulator.torso,
@@ -67,6 +69,7 @@ def _two_breaths(simulator: BreathSimulator, levels: Floats) -> Trajectory:
             posture=simulator.posture,
             rate=simulator.rate,
             tension=True,
+            bend=bend,
         )
     except UnstableSimulation as error:
         # the same run succeeded in the search: only a damaged record of it gets here
@@ -99,6 +102,7 @@ def best_breath(result: FitResult, model: TorsoModel, rate: float) -> BreathMoti
         expiration_time=result.expiration_time,
         pause_time=result.pause_time,
         rate=rate,
+        bend=result.bend,
     )
     trajectory = _two_breaths(simulator, result.levels)
     resting, posture = simulator.torso, result.posture

@@ -64,7 +64,9 @@ def _real_cost(
     inspiration, expiration = (float(t) for t in np.diff(events))
     pause = signature.pause_time / signature.expiration_time * expiration
     timing, rate = (inspiration, expiration, pause), cost.rate
-    simulator = bound_simulator(model, found.registration, recording.posture, timing, rate)
+    simulator = bound_simulator(
+        model, found.registration, recording.posture, timing, rate, found.bend
+    )
     runs = simulator.run(levels[None])
     time, turn = found.trials.time, signature.inspiration_time
     late = inspiration + (time - turn) / signature.expiration_time * expiration

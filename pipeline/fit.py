@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pipeline.cycle_fits import fit_cycles
 from pipeline.error_rows import error_rows, held_out_rows
 from pipeline.level_fit import LevelFit, fit_levels
-from pipeline.model import GROUPS, BreathModel
+from pipeline.model import GROUPS, Bend, BreathModel
 from pipeline.optimise import Stop, bound_warnings, effect_warnings
 from pipeline.scoring import Row
 from pipeline.trials import Trials
@@ -41,6 +41,7 @@ class FitResult:
     time : (n_frames,), s from onset; positions : (n_frames, n_markers, 3), m, markers of the
         best run in the recording's axes; lung_volume : (n_frames,), m3
     inspiration_time, expiration_time, pause_time : s, of the simulated breath
+    bend : flexion, lateral bend and twist of the spine at the height of the inspiration, rad
     fit_scale, rotation, translation, points, residual, landmarks : as in `Registration`
     trace_levels : (n, 4), trace_cost : (n,), m, every run in order; NaN for a failed one
     run_levels : (n, 4), run_displacement : (n, n_frames, n_markers, 3), m, the runs that did not
@@ -65,6 +66,7 @@ class FitResult:
     inspiration_time: float
     expiration_time: float
     pause_time: float
+    bend: Bend
     fit_scale: tuple[float, float, float]
     rotation: Floats
     translation: Floats
@@ -151,6 +153,7 @@ def fit_breath(
         inspiration_time=signature.inspiration_time,
         expiration_time=signature.expiration_time,
         pause_time=signature.pause_time,
+        bend=found.bend,
         fit_scale=registration.fit_scale,
         rotation=registration.rotation,
         translation=registration.translation,

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+Bend = tuple[float, float, float]
+NO_BEND: Bend = (0.0, 0.0, 0.0)
+"""Flexion, lateral bend and twist of the whole spine, rad."""
 GROUPS = ("external_intercostals", "diaphragm", "internal_intercostals", "abdomen")
 
 
@@ -89,8 +92,12 @@ class BreathModel(Protocol):
         expiration_time: float,
         pause_time: float,
         rate: float,
+        bend: Bend = NO_BEND,
     ) -> Simulator:
-        """Bind points (n, 3) m to the skin and make ready to run; times in s, rate in Hz."""
+        """Bind points (n, 3) m to the skin and make ready to run; times in s, rate in Hz.
+
+        bend : of the spine at the height of the inspiration, rad
+        """
         ...
 
 
@@ -133,6 +140,7 @@ class TorsoModel:
         expiration_time: float,
         pause_time: float,
         rate: float,
+        bend: Bend = NO_BEND,
     ) -> BreathSimulator:
         """Bind points (n, 3) m to the skin and make ready to run; times in s, rate in Hz."""
         from sim.breaths import BreathSimulator
@@ -147,4 +155,5 @@ class TorsoModel:
             pause_time=pause_time,
             rate=rate,
             workers=self.workers,
+            bend=bend,
         )

@@ -74,6 +74,7 @@ class FitSettings:
     upper_level : largest maximum activation allowed
     failed_penalty : cost of a failed run, in errors of not moving
     heldout_every, heldout_evaluations : every which breath is held out, runs for its fit
+    spine : whether the bend of the spine with the breath is estimated, upright
     min_cycles : with fewer breaths no verdict is given
     n_cycle_checks : breaths whose fit through the emulator is checked by a real run
     scale_sd, rotation_sd_rad, landmark_sd_m, surface_sd_m, height_sd_m : how far size, axes,
@@ -95,6 +96,7 @@ class FitSettings:
     failed_penalty: float
     heldout_every: int
     heldout_evaluations: int
+    spine: bool
     min_cycles: int
     n_cycle_checks: int
     scale_sd: float

@@ -18,7 +18,7 @@ from pipeline.run import Content, Stage
 if TYPE_CHECKING:
     from pipeline.fit import FitResult
     from pipeline.markers import MarkerRecording
-    from pipeline.model import TorsoModel
+    from pipeline.model import Bend, TorsoModel
     from pipeline.signature import BreathSignature
 
 
@@ -175,6 +175,7 @@ def fit(job: Job, folder: Path, processes: int) -> Content:
         "n_runs": len(result.trace_cost),
         "cost_mm": 1e3 * result.cost,
         "fit_scale": result.fit_scale,
+        **_bend_degrees(result.bend),
         "registration_residual_mm": 1e3 * float(np.nanmean(np.abs(result.residual))),
         "tidal_volume_l": 1e3 * float(np.ptp(result.lung_volume)),
         **figures,
@@ -183,6 +184,13 @@ def fit(job: Job, folder: Path, processes: int) -> Content:
         "notes": notes,
         "warnings": result.warnings,
     }
+
+
+def _bend_degrees(bend: Bend) -> Content:
+    """Bend of the spine by the way it goes, if it was fitted and is any."""
+    ways = ("flexion", "lateral", "twist")
+    angles = np.degrees(bend).round(2).tolist()
+    return {f"spine_{way}_deg": angle for way, angle in zip(ways, angles, strict=True) if any(bend)}
 
 
 def _draw_fit(

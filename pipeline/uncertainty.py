@@ -107,7 +107,8 @@ def _simulate(
         notes=(),
     )
     timing = (fit.inspiration_time, fit.expiration_time, fit.pause_time)
-    simulator = bound_simulator(model, registration, fit.posture, timing, settings.frame_rate_hz)
+    rate = settings.frame_rate_hz
+    simulator = bound_simulator(model, registration, fit.posture, timing, rate, fit.bend)
 
     def run(levels: Floats) -> Floats:
         runs = simulator.run(levels)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sim.errors import UnstableSimulation
 from sim.model.landmarks import Attachments, marker_places
+from sim.model.spine import spine_bend
 from sim.physics.types import Floats
 from sim.resting import RestingTorso
 from sim.simulate import BREATH_STEP, Trajectory, group_activation, simulate, skin_frames
@@ -82,6 +83,8 @@ class BreathSimulator:
     inspiration_time, expiration_time, pause_time : s; the pause is part of the expiration
     rate : frames a second
     workers : threads; they change the speed, never a number
+    bend : flexion, lateral bend to the left and twist to the left of the whole spine, rad, at the
+        height of the inspiration; it comes and goes with the inspiratory muscles
     """
 
     torso: RestingTorso
@@ -92,6 +95,7 @@ class BreathSimulator:
     pause_time: float
     rate: float
     workers: int
+    bend: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def period(self) -> float:
@@ -109,19 +113,38 @@ class BreathSimulator:
         -------
         (n_steps, n_groups)
         """
+        inward, outward = self._waves()
+        shape = np.stack([inward, inward, outward, outward], axis=1)
+        return group_activation(shape * levels, self.torso.torso.parameters)
+
+    def spine(self) -> Floats | None:
+        """Rotation vectors of the spine's joints over two breaths, (n_steps, 8, 3) rad, if any."""
+        if not any(self.bend):
+            return None
+        inward, _ = self._waves()
+        ways = ("flexion", "lateral", "twist")
+        return spine_bend(
+            **{way: angle * inward for way, angle in zip(ways, self.bend, strict=True)}
+        )
+
+    def _waves(self) -> tuple[Floats, Floats]:
         time = np.arange(2 * round(self.period / BREATH_STEP), dtype=np.float64) * BREATH_STEP
-        inward, outward = sawtooth(
+        return sawtooth(
             time,
             inspiration=self.inspiration_time,
             expiration=self.expiration_time,
             pause=self.pause_time,
         )
-        shape = np.stack([inward, inward, outward, outward], axis=1)
-        return group_activation(shape * levels, self.torso.torso.parameters)
 
     def trajectory(self, levels: Floats) -> Trajectory:
         """Two breaths from rest, the second of them steady."""
-        return simulate(self.torso, self.activation(levels), posture=self.posture, rate=self.rate)
+        return simulate(
+            self.torso,
+            self.activation(levels),
+            posture=self.posture,
+            rate=self.rate,
+            bend=self.spine(),
+        )
 
     def run(self, levels: Floats) -> BreathRuns:
         """Run breaths for many levels.

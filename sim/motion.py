@@ -152,7 +152,7 @@ def motion(resting: RestingTorso, trajectory: Trajectory, *, posture: str) -> Mo
     chest = volumes_inside(soft["chest_cavity"])
     tissue = float(torso.plant.constants.tissue_volume)
     named = resting.landmarks(posture)
-    bound = attach(resting.vertices(posture), resting.skin.faces, np.array(list(named.values())))
+    bound = attach(resting.vertices(posture), resting.skin.outside, np.array(list(named.values())))
     skin = skin_places(resting.skin, torso, points[:, resting.skin.point], position, matrix)
     turned = Rotation.from_matrix(matrix.reshape(-1, 3, 3)).as_quat(scalar_first=True)
     kept = len(trajectory.tension) == n

@@ -64,23 +64,23 @@ class RestingTorso:
         )
 
     def surface(self, posture: str) -> Surface:
-        """Skin at rest."""
+        """Skin at rest, where markers can sit."""
         vertices = self.vertices(posture)
         normals = vertex_normals(vertices, self.skin.faces)
-        return Surface(vertices=vertices, faces=self.skin.faces, normals=normals)
+        return Surface(vertices=vertices, faces=self.skin.outside, normals=normals)
 
     def landmarks(self, posture: str) -> dict[str, Floats]:
         """Usual markers at rest, (3,) m each."""
         upright = self.vertices("upright")
         named = landmark_points(self.torso, upright)
-        bound = attach(upright, self.skin.faces, np.array(list(named.values())))
+        bound = attach(upright, self.skin.outside, np.array(list(named.values())))
         return dict(zip(named, marker_places(bound, self.vertices(posture)), strict=True))
 
     def bind(self, points: Floats, posture: str) -> Attachments:
         """Let points (n, 3), m, near the skin at rest in `posture`, ride on it."""
         if not np.isfinite(points).all():
             raise InputError("markers: a place is not a number. Leave that marker out.")
-        return attach(self.vertices(posture), self.skin.faces, points)
+        return attach(self.vertices(posture), self.skin.outside, points)
 
 
 def rest_torso(

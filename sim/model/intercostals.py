@@ -11,6 +11,8 @@ from sim.model.points import Points
 from sim.model.skeleton import cartilage_line, segment_of
 from sim.tables import Parameters
 
+ENDS = ("sternal", "acromial")
+
 
 class IntercostalBuilder:
     """Strings the intercostals between the ribs, and the muscles between ribs, neck and spine."""
@@ -40,6 +42,8 @@ class IntercostalBuilder:
                     self._levator(side, upper)
             if "scalenes" in has:
                 self._scalenes(side)
+            if "sternocleidomastoid" in has:
+                self._sternocleidomastoid(side)
             if "erector_spinae" in has:
                 self._erector(side)
 
@@ -67,6 +71,21 @@ class IntercostalBuilder:
                 self.points.add(self.body[f"rib_{SIDES[side]}{rib}"], low),
             ]
             self.muscles.add_chain("scalenes", handles, [self.parameters["scalene_width"]])
+
+    def _sternocleidomastoid(self, side: int) -> None:
+        """From the mastoid process to the front of the manubrium and to the inner clavicle."""
+        sign, letter = (1.0 if side == 0 else -1.0), SIDES[side]
+        inner, outer = (self.anatomy.girdle[f"clavicle_{end}"][side] for end in ENDS)
+        heads = {
+            "sternum": self.anatomy.sternum_front[0] + np.array([0.0, sign * 0.01, 0.0]),
+            f"girdle_{letter}": 0.75 * inner + 0.25 * outer,
+        }
+        mastoid = self.anatomy.skull_base + np.array([0.0, sign * 0.05, 0.0])
+        for (name, low), head in zip(heads.items(), ("sternal", "clavicular"), strict=True):
+            top = self.points.add(self.body["skull"], mastoid)
+            handles = [top, self.points.add(self.body[name], low)]
+            width = self.parameters[f"sternocleidomastoid_{head}"]
+            self.muscles.add_chain("sternocleidomastoid", handles, [width])
 
     def _erector(self, side: int) -> None:
         """Thoracic part of the erector spinae, over the tips of the spinous processes."""

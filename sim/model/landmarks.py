@@ -10,9 +10,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from sim.model.skeleton import margin_point
+from sim.model.anatomy import SIDES
+from sim.model.skeleton import margin_point, segment_of
 from sim.model.torso import Torso
 from sim.physics.types import Floats, Ints
 from sim.tables import Parameters
@@ -59,7 +61,8 @@ class Skin:
     local : (n, 3), place in the frame of the body
     thickness : (n,), stand-off of belly vertices, m
     faces : (m, 3), of skin vertices
-    belly_faces : (k, 3), of skin vertices, whose inner normals carry the stand-off
+    outside : (k, 3), of skin vertices: `faces` without the thoracic inlet, across which the neck
+        leaves the chest, so that no marker can sit there
     """
 
     point: Ints
@@ -67,6 +70,7 @@ class Skin:
     local: Floats
     thickness: Floats
     faces: Ints
+    outside: Ints
 
 
 def vertex_normals(x: Floats, faces: Ints) -> Floats:
@@ -105,8 +109,15 @@ def build_skin(torso: Torso, points: Floats) -> Skin:
     local = np.where(bound[:, None], skin - origin[np.maximum(body, 0)], 0.0)
     return Skin(
         point=used.astype(np.int64), body=body.astype(np.int64), local=local,
-        thickness=thickness, faces=faces,
+        thickness=thickness, faces=faces, outside=faces[~_inlet(torso, body[faces])],
     )  # fmt: skip
+
+
+def _inlet(torso: Torso, body: Ints) -> NDArray[np.bool_]:
+    """(m,), faces of bodies (m, 3) that close the ring of first ribs and manubrium at the top."""
+    first = [torso.skeleton.body[f"rib_{side}1"] for side in SIDES]
+    ring = [*first, torso.skeleton.body["sternum"], torso.skeleton.body[segment_of("T1")]]
+    return np.asarray(np.isin(body, ring).all(axis=1) & np.isin(body, first).any(axis=1))
 
 
 def _shoulder_breadth(skin: Floats, parameters: Parameters) -> Floats:

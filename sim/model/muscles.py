@@ -20,6 +20,7 @@ MUSCLE_GROUPS = (
     "parasternal_intercostals",
     "levatores_costarum",
     "scalenes",
+    "sternocleidomastoid",
     "diaphragm",
     "rectus",
     "external_oblique",

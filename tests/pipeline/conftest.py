@@ -39,6 +39,7 @@ class PlantSimulator:
     rate: float
     workers: int
     fails_above: float
+    bend: tuple = (0.0, 0.0, 0.0)
 
     def _one(self, levels):
         period = self.inspiration_time + self.expiration_time
@@ -64,10 +65,18 @@ class PlantSimulator:
             inhale[:, None, None] * (gain[0] * shapes[0] + gain[1] * shapes[1])
             + exhale[:, None, None] * (gain[2] * shapes[2] + gain[3] * shapes[3])
             + (inhale**2)[:, None, None] * gain[0] * gain[1] * 0.005 * out
+            + inhale[:, None, None] * self._bending()
         )
         volume = 2.5e-3 + 1e-3 * (gain[0] + gain[1]) * inhale - 5e-4 * (gain[2] + gain[3]) * exhale
         failed = bool(np.max(levels) > self.fails_above)
         return time, self.points + motion * (np.nan if failed else 1.0), volume, failed
+
+    def _bending(self):
+        """Flexion moves points forward, a lateral bend sideways, a twist round, more above."""
+        x, y, z = self.points.T
+        flexion, lateral, twist = self.bend
+        moved = np.stack([flexion * z - twist * y, lateral * z + twist * x, -flexion * x], axis=1)
+        return moved * (z / HEIGHT)[:, None]
 
     def run(self, levels):
         with ThreadPoolExecutor(self.workers) as pool:
@@ -104,7 +113,16 @@ class PlantModel:
         return {name: np.array(place) * scale for name, place in places.items()}
 
     def simulator(
-        self, fit_scale, posture, points, *, inspiration_time, expiration_time, pause_time, rate
+        self,
+        fit_scale,
+        posture,
+        points,
+        *,
+        inspiration_time,
+        expiration_time,
+        pause_time,
+        rate,
+        bend=(0.0, 0.0, 0.0),
     ):
         return PlantSimulator(
             points=points,
@@ -113,6 +131,7 @@ class PlantModel:
             rate=rate,
             workers=self.workers,
             fails_above=self.fails_above,
+            bend=bend,
         )
 
 
@@ -134,7 +153,15 @@ def plant_markers(chest_only=False):
 
 
 def plant_recording(
-    levels, *, noise=5e-4, n_cycles=9, seed=1, chest_only=False, jitter=0.0, level_jitter=0.0
+    levels,
+    *,
+    noise=5e-4,
+    n_cycles=9,
+    seed=1,
+    chest_only=False,
+    jitter=0.0,
+    level_jitter=0.0,
+    bend=(0.0, 0.0, 0.0),
 ):
     """A recording of the plant at known levels: recording, signature, levels of each breath."""
     from pipeline.markers import MarkerRecording
@@ -147,7 +174,7 @@ def plant_recording(
         inspiration, expiration = 1.6 * np.exp(jitter * rng.normal(size=2)) * [1, 1.5]
         n_in, n_out = round(inspiration * rate), round(expiration * rate)
         own = np.clip(np.array(levels) + level_jitter * rng.normal(size=4), 0, 1)
-        simulator = PlantSimulator(points, n_in / rate, n_out / rate, rate, 1, 2.0)
+        simulator = PlantSimulator(points, n_in / rate, n_out / rate, rate, 1, 2.0, bend)
         pieces.append(simulator.run(own[None]).positions[0])
         events.append((start, start + n_in / rate, start + (n_in + n_out) / rate))
         truth.append(own)

@@ -71,8 +71,33 @@ def test_ribs_slope_more_from_the_fourth_to_the_tenth(resting: RestingTorso) -> 
     assert np.degrees(rib_tilts()).min() > 10.0
 
 
-def test_accessory_muscles_are_recruited_late() -> None:
-    extensor = MUSCLE_GROUPS.index("erector_spinae")
-    quiet, deep = group_activation(np.array([[0.05, 0.02, 0.0, 0.0], [0.9, 0.2, 0.0, 0.0]]))
-    assert quiet[extensor] == 0.0
-    assert deep[extensor] > 0.1
+@pytest.mark.parametrize("group", ["erector_spinae", "sternocleidomastoid"])
+def test_accessory_muscles_are_recruited_late(group: str) -> None:
+    levels = np.array([[0.05, 0.02, 0.0, 0.0], [0.9, 0.2, 0.0, 0.0]])
+    quiet, deep = group_activation(levels)[:, MUSCLE_GROUPS.index(group)]
+    assert quiet == 0.0
+    assert deep > 0.1
+
+
+def test_sternocleidomastoids_lift_the_sternum_and_fill_the_lung(resting: RestingTorso) -> None:
+    activation = np.zeros((round(1.0 / BREATH_STEP), len(MUSCLE_GROUPS)))
+    activation[:, MUSCLE_GROUPS.index("sternocleidomastoid")] = 0.5
+    run = simulate(resting, activation, posture="upright", rate=10.0)
+    bound = resting.bind(resting.landmarks("upright")["CLAV"][None], "upright")
+    place = marker_places(bound, skin_frames(resting, run))[:, 0]
+    assert place[-1, 2] > place[0, 2] + 0.001
+    assert run.lung[-1] > run.lung[0] + 5e-5
+
+
+def test_a_marker_above_the_notch_rides_on_the_manubrium(resting: RestingTorso) -> None:
+    """Not on the thoracic inlet, which first ribs and manubrium only rim."""
+    above = resting.landmarks("upright")["CLAV"] + [0.0, 0.0, 0.015]
+    bound, skin = resting.bind(above[None], "upright"), resting.skin
+    assert set(skin.body[bound.face[0]]) == {resting.torso.skeleton.body["sternum"]}
+    # the inlet of a man is some 5 by 10 to 11 cm across
+    x, inlet = resting.vertices("upright"), len(skin.faces) - len(skin.outside)
+    lost = {tuple(face) for face in skin.faces} - {tuple(face) for face in skin.outside}
+    assert len(lost) == inlet
+    a, b, c = (x[[face[k] for face in lost]] for k in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    assert 3e-3 < area < 3e-2
