@@ -1,4 +1,4 @@
-"""Redo the calibration ladder, steps (a) to (d), with the present torso.
+"""Redo the calibration ladder, steps (a) to (f), with the present torso.
 
 `python scripts/calibrate.py` writes `docs/figures/calibration_*.svg` and
 `docs/figures/calibration.csv`: every figure beside its target and the source of the target. It
@@ -13,6 +13,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
+from calibration_efforts import step_e, step_f
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from rib_swing import rib_swing
@@ -175,13 +176,20 @@ def step_d(resting: RestingTorso, axes: Axes) -> list[Row]:
     return rows
 
 
-STEPS = {"a": step_a, "b": step_b, "c": step_c, "d": step_d}
+STEPS = {
+    "a": step_a,
+    "b": step_b,
+    "c": step_c,
+    "d": step_d,
+    "e": lambda resting, axes: step_e(resting, axes, VOLUMES),
+    "f": step_f,
+}
 
 
 def main() -> None:
     """Run the steps asked for, all unless named."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--steps", default="abcd", help="letters of the steps to run")
+    parser.add_argument("--steps", default="abcdef", help="letters of the steps to run")
     parser.add_argument("--out", type=Path, default=OUT, help="folder to write to")
     options = parser.parse_args()
     mpl.use("svg")

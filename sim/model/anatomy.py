@@ -39,8 +39,8 @@ class Subject:
             raise ParameterError(f"sex is {self.sex!r}. Use male or female.")
         if not 1.2 <= self.stature <= 2.3:
             raise ParameterError(f"stature is {self.stature} m. Give 1.2 to 2.3 m.")
-        if not 30.0 <= self.mass <= 250.0:
-            raise ParameterError(f"mass is {self.mass} kg. Give 30 to 250 kg.")
+        if not 15.0 <= self.mass <= 250.0:
+            raise ParameterError(f"mass is {self.mass} kg. Give 15 to 250 kg.")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from sim.breaths import BreathSimulator, sawtooth
 from sim.model.muscles import MUSCLE_GROUPS
+from sim.model.torso import Subject, lung_capacity
 from sim.physics.types import Floats
-from sim.resting import RestingTorso
+from sim.resting import RestingTorso, rest_torso
 from sim.simulate import BREATH_STEP, LEVELS, group_activation, simulate
 from sim.tables import parameters
 
@@ -144,3 +145,20 @@ def test_halving_the_step_hardly_changes_the_tidal_volume(
         tidal(run_at(resting, np.array(levels), step)) for step in (BREATH_STEP, BREATH_STEP / 2)
     )
     assert half == pytest.approx(whole, rel=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "subject",
+    [Subject(sex="female", stature=1.2, mass=23.0), Subject(sex="male", stature=1.8, mass=140.0)],
+    ids=["child", "heavy man"],
+)
+def test_a_child_and_a_heavy_man_breathe(subject: Subject) -> None:
+    resting = rest_torso(subject)
+    time = np.arange(round(8.0 / BREATH_STEP)) * BREATH_STEP
+    inward, _ = sawtooth(time, **TIMING)
+    levels = np.outer(inward, [0.15, 0.04, 0.0, 0.0])
+    run = simulate(resting, group_activation(levels), posture="upright", rate=25.0)
+    second = run.lung[run.time > 4.0]
+    assert 0.05 < np.ptp(second) / lung_capacity(subject)["frc"] < 0.5
+    assert np.abs(run.abdomen / run.abdomen[0] - 1.0).max() < 0.01

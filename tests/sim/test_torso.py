@@ -230,9 +230,11 @@ def test_size_is_near_the_populations(torso: Torso) -> None:
     [
         ({"sex": "x"}, "male or female"),
         ({"stature": 0.0}, "1.2 to 2.3"),
+        ({"stature": 0.9}, "1.2 to 2.3"),
+        ({"stature": 2.6}, "1.2 to 2.3"),
         ({"stature": 175.6}, "1.2 to 2.3"),
         ({"stature": float("nan")}, "1.2 to 2.3"),
-        ({"mass": 0.0}, "30 to 250"),
+        ({"mass": 0.0}, "15 to 250"),
     ],
 )
 def test_a_bad_subject_is_one_clear_line(change: dict[str, object], word: str) -> None:
