@@ -45,8 +45,10 @@ __all__ = [
     "total_forces",
 ]
 
-BRISK, BRISK_EVERY = 0.25, 3
-"""Speed, m/s, above which threads turn so fast that the matrix is renewed every few steps."""
+FAR = 0.003
+"""m; once the fastest point has gone so far, threads have turned and the matrix is renewed."""
+CHANGED = 0.1
+"""Change of a group's activation, and so of its stiffness, at which the matrix is renewed."""
 FOLLOW_EVERY = 2
 """Steps after which the diaphragm particles look for the face beside them."""
 
@@ -207,15 +209,17 @@ def run(
     bones, plant, work = borrow(bones), borrow(plant), borrow(work)
     state, drive, record = borrow(state), borrow(drive), borrow(record)
     step, out = schedule.step, np.empty(7)
-    frame, fastest, refreshed = 0, 0.0, -schedule.refresh_every
+    frame, gone, refreshed = 0, 0.0, -schedule.refresh_every
+    known = drive.activation[0].copy()
     for i in range(drive.activation.shape[0]):
         activation = drive.activation[i]
         predict(bones, plant, work, state, step)
         if i % FOLLOW_EVERY == 0:
             follow_sheet(work.x, plant.contacts, work.held)
-        due = i - refreshed >= schedule.refresh_every
-        if due or (fastest > BRISK and i - refreshed >= BRISK_EVERY):
-            refreshed = i
+        due = i - refreshed >= schedule.refresh_every or gone >= FAR
+        if due or np.abs(activation - known).max() >= CHANGED:
+            refreshed, gone = i, 0.0
+            known[:] = activation
             work.f[:] = 0.0
             add_elastic(bones, plant, work, activation)
             mj_makeM(bones.model, bones.data)
@@ -226,6 +230,7 @@ def run(
         fastest = _advance(bones, plant, work, state, schedule, drive, i, out)
         if not fastest < schedule.speed_limit:
             return i
+        gone += step * fastest
         if (i + 1) % schedule.record_every == 0 and frame < record.qpos.shape[0]:
             _keep(record, frame, work, state, out, fastest)
             frame += 1

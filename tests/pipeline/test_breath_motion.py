@@ -14,6 +14,7 @@ from sim.trajectory import load_motion, save_motion
 
 NAMES = ("CLAV", "STRN", "NAVEL", "LLCH")
 TIMING = (1.0, 1.43, 0.21)
+BEND = (-0.02, 0.03, 0.05)
 
 
 @pytest.mark.slow
@@ -27,6 +28,7 @@ def test_kept_breath_is_the_run_of_the_fit(tmp_path):
         posture="upright",
         labels=NAMES,
         points=np.array([landmarks[name] for name in NAMES]),
+        bend=BEND,
         levels=levels,
         inspiration_time=inspiration,
         expiration_time=expiration,
@@ -41,6 +43,7 @@ def test_kept_breath_is_the_run_of_the_fit(tmp_path):
         expiration_time=expiration,
         pause_time=pause,
         rate=25.0,
+        bend=BEND,
     ).run(levels[None])
     time = breath.motion.time
     assert time[0] >= 0 and time[-1] < inspiration + expiration
