@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -20,7 +20,9 @@ MAN = Subject(sex="male", stature=1.756, mass=75.0)
 
 def main() -> None:
     """Print the sets that diverge, then the extremes of those that do not."""
-    n = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
+    parser = argparse.ArgumentParser(description=__doc__.split(":")[0] + ".")
+    parser.add_argument("n", type=int, nargs="?", default=1000, help="how many")
+    n = int(parser.parse_args().n)
     resting = rest_torso(MAN)
 
     def one(seed: int) -> tuple[float, float, float, float] | None:
