@@ -28,8 +28,8 @@ def main() -> None:
     def one(seed: int) -> tuple[float, float, float, float] | None:
         try:
             run = simulate(resting, random_effort(seed, step=STEP), posture="upright", step=STEP)
-        except UnstableSimulation as error:
-            print(f"{seed} ({KINDS[seed % len(KINDS)]}): {error}", flush=True)
+        except UnstableSimulation as why:
+            print(f"{seed} ({KINDS[seed % len(KINDS)]}): {why}", flush=True)
             return None
         error = float(np.abs(run.abdomen / run.abdomen[0] - 1.0).max())
         return error, float(run.lung.min()), float(run.lung.max()), float(run.abdominal.max())

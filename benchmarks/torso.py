@@ -48,7 +48,7 @@ PARTS = ("kinematics (MuJoCo)", "bias forces (MuJoCo)", "inertia (MuJoCo)", "pla
 
 def activation(duration: float, step: float) -> Floats:
     """A calm breath of 4 s, over and over."""
-    at = np.arange(round(duration / step)) * step
+    at = np.arange(round(duration / step), dtype=np.float64) * step
     inward, outward = sawtooth(at, inspiration=1.7, expiration=2.3, pause=0.4)
     return group_activation(np.stack([inward, inward, outward, outward], axis=1) * LEVELS)
 
@@ -77,7 +77,7 @@ def real_time(resting: RestingTorso, step: float, duration: float) -> float:
     return duration / wall
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _part(
     which: int, n: int, bones: Bones, plant: Plant, work: Work, what: engine.Drive, step: float,
 ) -> None:  # fmt: skip

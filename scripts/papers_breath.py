@@ -74,7 +74,7 @@ def effort(torso: RestingTorso, levels: Floats, step: float) -> Row:
 def printed_efforts(torso: RestingTorso, steps: tuple[float, ...]) -> Iterator[Row]:
     """Tables 6.1 and 7.1, and each muscle of the breath alone."""
     for step in steps:
-        time = np.arange(round(8.0 / step)) * step
+        time = np.arange(round(8.0 / step), dtype=np.float64) * step
         for name, levels in {
             "nothing": breaths(time, (0.0, 0.0, 0.0, 0.0)),
             "breath (Table 7.1)": breaths(time, (0.3, 0.1, 0.0, 0.0)),
@@ -93,7 +93,7 @@ def diverged(torso: RestingTorso, step: float) -> int:
     """How many efforts of the grid do not end."""
     count = 0
     for external, diaphragm, period in GRID:
-        time = np.arange(round(period / step)) * step
+        time = np.arange(round(period / step), dtype=np.float64) * step
         levels = breaths(time, (external, diaphragm, 0.0, 0.0), period)
         count += effort(torso, levels, step)["tidal_volume_l"] == ""
     return count

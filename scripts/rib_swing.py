@@ -76,7 +76,7 @@ def rib_swing(resting: RestingTorso, rib: int = 5, start: float = 0.1) -> Swing:
         )  # fmt: skip
     model.opt.gravity[:] = gravity
     return Swing(
-        time=np.arange(n) * 1e-3, angle=angle, stiffness=float(values[0]),
+        time=np.arange(n, dtype=np.float64) * 1e-3, angle=angle, stiffness=float(values[0]),
         damping=float(axis @ joints.ball_damping[which] @ axis), inertia=inertia,
     )  # fmt: skip
 

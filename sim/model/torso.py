@@ -11,7 +11,6 @@ from sim.model.anatomy import Anatomy, Subject, build_anatomy
 from sim.model.cavity import Cavity, CavityBuilder, tendon_edge
 from sim.model.contacts import build_contacts
 from sim.model.girdle import GirdleBuilder, add_carried
-from sim.model.intercostals import IntercostalBuilder
 from sim.model.links import build_links
 from sim.model.mesh import orient
 from sim.model.muscles import (
@@ -23,6 +22,7 @@ from sim.model.muscles import (
 from sim.model.points import Points
 from sim.model.sheets import SheetBuilder
 from sim.model.skeleton import Skeleton, build_skeleton, segment_of
+from sim.model.trunk_muscles import TrunkMuscleBuilder
 from sim.physics.blocks import analyse
 from sim.physics.muscle import HILL
 from sim.physics.plant import Constants, Links, Plant
@@ -101,7 +101,7 @@ def build_torso(
     cavity = CavityBuilder(points, skeleton.body, anatomy, p).build()
     driven = frozenset(row["group"] for row in p.rows("levels.csv"))
     muscles, tissue = MuscleList(groups=driven), TissueList()
-    IntercostalBuilder(points, muscles, skeleton.body, anatomy, p).build()
+    TrunkMuscleBuilder(points, muscles, skeleton.body, anatomy, p).build()
     GirdleBuilder(
         points, muscles, skeleton.body, anatomy.girdle,
         {"spine": anatomy.spine, "skull": {"base": anatomy.skull_base}}, anatomy.rib,

@@ -1,4 +1,4 @@
-"""Muscles between the bones of the trunk: intercostals, levatores, scalenes, erector spinae."""
+"""Muscles between the bones of the trunk: intercostals, neck muscles on ribs, erector spinae."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sim.tables import Parameters
 ENDS = ("sternal", "acromial")
 
 
-class IntercostalBuilder:
+class TrunkMuscleBuilder:
     """Strings the intercostals between the ribs, and the muscles between ribs, neck and spine."""
 
     def __init__(
