@@ -25,7 +25,7 @@ from pipeline.papers.table import (
 )
 from pipeline.validation.strip import strip
 from pipeline.validation.table import FINDING, compare
-from pipeline.validation.write import number_cell, verdict_cells
+from pipeline.validation.write import gathered, number_cell, verdict_cells
 
 COLUMNS = ("section", "paper", "place", "quantity", "run", "printed", "low", "high", "unit",
            "value", "verdict", "why", "band", "note")  # fmt: skip
@@ -92,16 +92,7 @@ def _strip(low: float, high: float, value: float) -> Markup:
 
 def grouped(rows: Sequence[Judged]) -> list[list[dict[str, Any]]]:
     """Rows as they are shown; those of one quantity and place together."""
-    out: list[list[dict[str, Any]]] = []
-    for row in map(shown, rows):
-        before = out[-1][0] if out else {}
-        if all(before.get(key) == row[key] for key in ("quantity", "place")):
-            if out[-1][-1]["why"] == row["why"]:
-                out[-1][-1]["why"] = ""
-            out[-1].append(row)
-        else:
-            out.append([row])
-    return out
+    return gathered(map(shown, rows), lambda row: (row["quantity"], row["place"]))
 
 
 def by_section(rows: Sequence[Judged]) -> dict[str, list[Judged]]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import groupby, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -118,19 +119,21 @@ def _shown(r: Judged) -> dict[str, Any]:
     }
 
 
+def gathered(
+    rows: Iterable[dict[str, Any]], place: Callable[[dict[str, Any]], Any]
+) -> list[list[dict[str, Any]]]:
+    """Neighbouring rows of the same place together, a reason they share told by the last alone."""
+    groups = [list(same) for _, same in groupby(rows, key=place)]
+    for group in groups:
+        for row, after in pairwise(group):
+            if row["why"] == after["why"]:
+                row["why"] = ""
+    return groups
+
+
 def grouped(rows: Sequence[Judged]) -> list[list[dict[str, Any]]]:
     """Rows as they are shown, those of one quantity and source together."""
-    out: list[list[dict[str, Any]]] = []
-    for row in map(_shown, rows):
-        band = row["band"]
-        before = out[-1][0]["band"] if out else None
-        if before and (before.quantity, before.citation) == (band.quantity, band.citation):
-            if out[-1][-1]["why"] == row["why"]:
-                out[-1][-1]["why"] = ""
-            out[-1].append(row)
-        else:
-            out.append([row])
-    return out
+    return gathered(map(_shown, rows), lambda row: (row["band"].quantity, row["band"].citation))
 
 
 def tally(rows: Sequence[Judged]) -> list[dict[str, Any]]:
