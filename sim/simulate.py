@@ -76,7 +76,7 @@ def group_activation(levels: Floats, parameters: Parameters | None = None) -> Fl
     for row in p.rows("levels.csv"):
         above = np.maximum(levels[..., LEVELS.index(row["level"])] - float(row["threshold"]), 0.0)
         out[..., MUSCLE_GROUPS.index(row["group"])] += float(row["share"]) * above
-    return out
+    return np.minimum(out, 1.0)
 
 
 def simulate(

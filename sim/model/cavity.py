@@ -43,7 +43,7 @@ class Cavity:
     diaphragm : (n_columns, n_rows), rim first, tendon edge last
     wall : (n_columns, n_rows), rim first, pelvis last
     rim_half : number of columns from the back midline to the front one, both counted
-    tendon_points : handles on the central tendon
+    tendon_ring : half-way in on the central tendon
     rows : per side, the sheet's row of each rib
     """
 
@@ -53,7 +53,7 @@ class Cavity:
     diaphragm: list[list[int]]
     wall: list[list[int]]
     rim_half: int
-    tendon_points: list[int]
+    tendon_ring: list[int]
     rows: list[list[list[int]]]
 
 
@@ -201,7 +201,7 @@ class CavityBuilder:
         sheet, rows = self._sheet(rims)
         loop = [self.lumbar, *rims[0], self.xiphoid, *rims[1][::-1]]
         half = len(rims[0]) + 2
-        diaphragm, dome_faces, tendon = self._diaphragm(loop, half, sheet)
+        diaphragm, dome_faces, ring = self._diaphragm(loop, half, sheet)
         wall, belly = self._wall(loop, half)
         return Cavity(
             sheet_faces=sheet,
@@ -210,7 +210,7 @@ class CavityBuilder:
             diaphragm=diaphragm,
             wall=wall,
             rim_half=half,
-            tendon_points=tendon,
+            tendon_ring=ring,
             rows=rows,
         )
 
@@ -221,7 +221,7 @@ class CavityBuilder:
         n = len(loop)
         triangles = np.array([[self.points.at(h) for h in f] for f in sheet])
         n_rows = int(p["diaphragm_rows"])
-        edge = tendon_edge(a, p, n)
+        edge = tendon_edge(a, p, np.array([self.points.at(h) for h in loop]))
         grid = []
         for j, handle in enumerate(loop):
             k = j if j < half else n - j
@@ -232,20 +232,19 @@ class CavityBuilder:
             grid.append([*column, self._bind("central_tendon", edge[j])])
         tendon = [c[-1] for c in grid]
         middle = edge.mean(axis=0)
+        # A paraboloid: half-way in, three quarters of its height are reached.
+        rise = np.array([0.0, 0.0, p["tendon_rise"] * a.scale[2]])
         ring = [
-            self._bind(
-                "central_tendon", 0.5 * (q + middle) + np.array([0.0, 0.0, p["tendon_rise"]])
-            )
-            for q in edge[::2]
+            self._bind("central_tendon", 0.5 * (q + middle) + 0.75 * rise) for q in edge[::2]
         ]
-        top = self._bind("central_tendon", middle + np.array([0.0, 0.0, 1.3 * p["tendon_rise"]]))
+        top = self._bind("central_tendon", middle + rise)
         faces = []
         for j in range(n):
             faces += strip(self.points, grid[j], grid[(j + 1) % n])
         outer, inner = [*tendon, tendon[0]], [*ring, ring[0]]
         faces += strip(self.points, outer, inner)
         faces += [(ring[k], ring[(k + 1) % len(ring)], top) for k in range(len(ring))]
-        return grid, faces, [*tendon, *ring, top]
+        return grid, faces, ring
 
     def _pelvic_line(self, half: int, n: int) -> Floats:
         rim = self.anatomy.pelvis_rim.copy()
@@ -319,10 +318,19 @@ class CavityBuilder:
         return faces
 
 
-def tendon_edge(anatomy: Anatomy, parameters: Parameters, n: int) -> Floats:
-    """Edge of the central tendon, an ellipse at the level of the dome, back midline first."""
-    angle = np.pi - 2.0 * np.pi * np.arange(n) / n
+def tendon_edge(anatomy: Anatomy, parameters: Parameters, toward: Floats) -> Floats:
+    """Edge of the central tendon, an ellipse: the points, (n, 3) m, that look at given ones.
+
+    Fibres run radially, seen from above, so that a strip is as wide as what it must hold.
+
+    Parameters
+    ----------
+    toward : (n, 3), where the fibres come from, m
+    """
+    middle = parameters["tendon_x"] * anatomy.scale[0]
+    a = parameters["tendon_depth"] * anatomy.scale[0]
+    b = parameters["tendon_breadth"] * anatomy.scale[1]
     level = anatomy.spine["T9"][2] + parameters["dome_above_t9"] * anatomy.scale[2]
-    x = parameters["tendon_x"] + parameters["tendon_depth"] * np.cos(angle)
-    y = parameters["tendon_breadth"] * np.sin(angle)
-    return np.stack([x * anatomy.scale[0], y * anatomy.scale[1], np.full(n, level)], axis=1)
+    angle = np.arctan2(toward[:, 1] / b, (toward[:, 0] - middle) / a)
+    x, y = middle + a * np.cos(angle), b * np.sin(angle)
+    return np.stack([x, y, np.full(len(toward), level)], axis=1)

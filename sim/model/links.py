@@ -16,10 +16,12 @@ def build_links(points: Points, skeleton: Skeleton, anatomy: Anatomy, p: Paramet
 
     A rib's tip rides on its cartilage. Rib and cartilage are also one bar, joined to the sternum
     by a joint that turns: a rib that turns carries the sternum along, as far as the cartilage, a
-    cantilever of length L, does not bend (3 E I / L^3).
+    cantilever of length L, does not bend (3 E I / L^3). Stiffnesses go with the size, as those of
+    bodies of one shape and material.
     """
     a, b, axes, along, across = [], [], [], [], []
-    rigidity = 3.0 * p["cartilage_modulus"] * p["cartilage_second_moment"]
+    size = float(np.prod(anatomy.scale)) ** (1.0 / 3.0)
+    rigidity = 3.0 * p["cartilage_modulus"] * p["cartilage_second_moment"] * size**4
     for side, letter in enumerate("LR"):
         for rib in range(1, 11):
             tip = anatomy.rib[side, rib - 1, -1]
@@ -31,13 +33,13 @@ def build_links(points: Points, skeleton: Skeleton, anatomy: Anatomy, p: Paramet
             length = float(np.linalg.norm(inner - tip))
             axes.append((inner - tip) / length)
             kind = "first" if rib == 1 else "true" if rib <= 7 else "false"
-            along.append(p[f"link_along_{kind}"])
-            across.append(p[f"link_across_{kind}"])
+            along.append(size * p[f"link_along_{kind}"])
+            across.append(size * p[f"link_across_{kind}"])
             if kind == "true":
                 a.append(points.add(skeleton.body[f"rib_{letter}{rib}"], inner))
                 b.append(points.add(skeleton.body["sternum"], inner))
                 axes.append(axes[-1])
-                along.append(p["bar_along"])
+                along.append(size * p["bar_along"])
                 across.append(rigidity / length**3)
     return Links(
         a=points.resolve(a),

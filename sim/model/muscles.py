@@ -109,15 +109,19 @@ class TissueList:
         self.damping.append(stiffness * time)
 
 
-def pack_muscles(points: Points, muscles: MuscleList, slots: dict[tuple[int, int], int],
-                 parameters: Parameters) -> Muscles:  # fmt: skip
+def pack_muscles(
+    points: Points,
+    muscles: MuscleList,
+    slots: dict[tuple[int, int], int],
+    sex: str,
+    parameters: Parameters,
+) -> Muscles:
     """Arrays of the muscle elements in the Hill law."""
     a, b = points.resolve(muscles.a), points.resolve(muscles.b)
     x = points.places()
     group, chain = np.array(muscles.group), np.array(muscles.chain)
-    strength = element_strengths(
-        [MUSCLE_GROUPS[g] for g in group], muscles.region, np.array(muscles.width), parameters
-    )
+    names = [MUSCLE_GROUPS[g] for g in group]
+    strength = element_strengths(names, muscles.region, np.array(muscles.width), sex, parameters)
     rest = np.linalg.norm(x[b] - x[a], axis=1) / strength.optimum
     count = np.bincount(chain).astype(float)
     speed = np.zeros(len(count))

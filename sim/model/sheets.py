@@ -11,6 +11,7 @@ from sim.model.cavity import FREE_FROM, Cavity
 from sim.model.muscles import MuscleList, TissueList
 from sim.model.points import Points
 from sim.model.wall_regions import Region, find_region, read_regions
+from sim.physics.types import Floats
 from sim.tables import Parameters
 
 
@@ -42,7 +43,7 @@ class SheetBuilder:
         grid, p = self.cavity.diaphragm, self.parameters
         n = len(grid)
         modulus = p["diaphragm_modulus"] * p["diaphragm_thickness"]
-        time, slack = p["tissue_time"], p["diaphragm_slack"]
+        time, slack, curve = p["tissue_time"], p["diaphragm_slack"], p["diaphragm_curve"]
         for j, column in enumerate(grid):
             left, right = grid[(j + 1) % n], grid[j - 1]
             widths = []
@@ -54,7 +55,7 @@ class SheetBuilder:
             for i in range(1, len(column) - 1):
                 along = self._gap(column[i], column[i + 1])
                 self.tissue.add(column[i], left[i], modulus * along / self._gap(column[i], left[i]),
-                                slack, time, 1)  # fmt: skip
+                                slack, time, 1, curve)  # fmt: skip
             for i in range(len(column) - 1):
                 k = 0.3 * modulus
                 self.tissue.add(column[i], left[i + 1], k, slack, time, 1)
@@ -66,6 +67,20 @@ class SheetBuilder:
             anchor = self.points.add(spine, self.points.at(handle) + np.array([-1e-3, 0.0, 0.0]))
             self.tissue.add(anchor, handle, self.parameters["crus_stiffness"], 1.0,
                             self.parameters["tissue_time"], 1)  # fmt: skip
+
+    def mediastinum(self, bodies: dict[int, Floats]) -> None:
+        """Hang the central tendon by the pericardium; it is slack at rest and only pulls.
+
+        Parameters
+        ----------
+        bodies : rigid body to where the pericardium is tied to it, (3,) m
+        """
+        p = self.parameters
+        for body, at in bodies.items():
+            anchor = self.points.add(body, at)
+            for handle in self.cavity.tendon_ring[::2]:
+                self.tissue.add(anchor, handle, p["pericardium_stiffness"], p["pericardium_slack"], p["tissue_time"],
+                                0, p["pericardium_curve"])  # fmt: skip
 
     def wall(self) -> None:
         """Rectus, obliques and transversus in series over the wall, and its passive membrane."""

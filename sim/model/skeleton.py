@@ -174,7 +174,7 @@ def build_skeleton(
     return Skeleton(
         model=model,
         body=index,
-        joints=_build_joints(model, index, parameters),
+        joints=_build_joints(model, index, anatomy, parameters),
         tree=_build_tree(model),
     )
 
@@ -210,7 +210,9 @@ def rib_axes(rib: int, side: int) -> Floats:
     return np.stack([neck, up, np.cross(neck, up)])
 
 
-def _build_joints(model: mujoco.MjModel, body: dict[str, int], parameters: Parameters) -> Joints:
+def _build_joints(
+    model: mujoco.MjModel, body: dict[str, int], anatomy: Anatomy, parameters: Parameters
+) -> Joints:
     balls = []
     limits = {row["upper"].lower(): row for row in read_rows("spine_limits.csv")}
     for name in (*SEGMENTS, "skull"):
@@ -225,14 +227,16 @@ def _build_joints(model: mujoco.MjModel, body: dict[str, int], parameters: Param
         bend, twist = float(row["lateral_bending_deg"]), float(row["rotation_deg"])
         edge = np.radians([bend, flexion, twist, bend, extension, twist])
         balls.append((name, k * np.eye(3), d * np.eye(3), edge, 10.0 * k))
+    # Ligaments of the same material: stiffness against turning goes with the cube of the size.
+    cube = float(np.prod(anatomy.scale))
     usual = [parameters[f"rib_stiffness_{a}"] for a in ("neck", "vertical", "across")]
     for side, letter in enumerate(SIDES):
         for rib in range(1, 13):
             axes = rib_axes(rib, side)
             first = parameters["rib_stiffness_first"] / rib if rib <= 2 else 0.0
             stiffness = [usual[0] + first, *usual[1:]]
-            k3 = axes.T @ np.diag(stiffness) @ axes
-            friction = parameters["rib_friction"] * np.eye(3)
+            k3 = cube * axes.T @ np.diag(stiffness) @ axes
+            friction = cube * parameters["rib_friction"] * np.eye(3)
             balls.append((f"rib_{letter}{rib}", k3, friction, np.full(6, np.pi), 0.0))
     for name, hold, slow in girdle_joints(parameters):
         balls.append((name, hold * np.eye(3), slow * np.eye(3), np.full(6, np.pi), 0.0))
@@ -249,7 +253,7 @@ def _build_joints(model: mujoco.MjModel, body: dict[str, int], parameters: Param
         limit_stiffness=np.array([b[4] for b in balls]),
         hinge_dof=model.jnt_dofadr[hinges].astype(np.int64),
         hinge_qpos=model.jnt_qposadr[hinges].astype(np.int64),
-        hinge_stiffness=np.full(n, parameters["cartilage_bending"]),
+        hinge_stiffness=np.full(n, cube * parameters["cartilage_bending"]),
         hinge_damping=np.full(n, parameters["cartilage_damping"]),
         hinge_rest=np.zeros(n),
     )

@@ -31,7 +31,7 @@ class Strengths:
 
 
 def element_strengths(
-    groups: list[str], regions: list[str], width: Floats, parameters: Parameters
+    groups: list[str], regions: list[str], width: Floats, sex: str, parameters: Parameters
 ) -> Strengths:
     """Hill parameters of elements in the way of the parameter set.
 
@@ -39,10 +39,11 @@ def element_strengths(
     ----------
     groups, regions : of each element; the region is "" outside the abdominal wall
     width : (n_elements,), of the strip that an element stands for, m
+    sex : of the subject; women's layers are thinner
     """
     if parameters["hill_table_scale"] > 0.0:
         return _printed(groups, regions, parameters)
-    return _by_cross_section(groups, width, parameters)
+    return _by_cross_section(groups, width, sex, parameters)
 
 
 def layer_width(group: str, area: float, parameters: Parameters) -> float:
@@ -51,11 +52,16 @@ def layer_width(group: str, area: float, parameters: Parameters) -> float:
     return area / (float(layers[group]["thickness_mm"]) * 1e-3)
 
 
-def _by_cross_section(groups: list[str], width: Floats, parameters: Parameters) -> Strengths:
+def _by_cross_section(
+    groups: list[str], width: Floats, sex: str, parameters: Parameters
+) -> Strengths:
     """Thickness of the layer (`muscle_layers.csv`) times width times specific tension."""
     layers = {row["group"]: row for row in parameters.rows("muscle_layers.csv")}
     rows = [layers[group] for group in groups]
-    f_max = column(rows, "thickness_mm") * 1e-3 * width * parameters["specific_tension"]
+    thickness = column(rows, "thickness_mm") * 1e-3
+    if sex == "female":
+        thickness *= column(rows, "women_share")
+    f_max = thickness * width * parameters["specific_tension"]
     passive = column(rows, "passive_share")
     return Strengths(
         optimum=column(rows, "frc_over_optimal"),

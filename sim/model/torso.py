@@ -96,7 +96,9 @@ def build_torso(
     """
     p = calibrated() if parameters is None else parameters
     anatomy = build_anatomy(subject, p, np.asarray(fit_scale, dtype=float))
-    skeleton = build_skeleton(subject, anatomy, tendon_edge(anatomy, p, 26), p)
+    around = np.concatenate([anatomy.rib[0, :, 0], anatomy.rib[0, :, -1]])
+    tendon = tendon_edge(anatomy, p, np.vstack([around, around * [1.0, -1.0, 1.0]]))
+    skeleton = build_skeleton(subject, anatomy, tendon, p)
     points = Points()
     cavity = CavityBuilder(points, skeleton.body, anatomy, p).build()
     driven = frozenset(row["group"] for row in p.rows("levels.csv"))
@@ -111,6 +113,10 @@ def build_torso(
     sheets = SheetBuilder(points, muscles, tissue, cavity, p)
     sheets.diaphragm()
     sheets.crura(skeleton.body["T9-T12"])
+    manubrium, spine = anatomy.sternum_back[0], anatomy.front["T4"]
+    sheets.mediastinum(
+        {skeleton.body["sternum"]: manubrium, skeleton.body[segment_of("T4")]: spine}
+    )
     sheets.wall()
     links = build_links(points, skeleton, anatomy, p)
     plant = _pack(points, skeleton, cavity, muscles, tissue, links, hung, subject, p)
@@ -155,6 +161,7 @@ def _constants(subject: Subject, p: Parameters, chest: float, belly: float) -> C
         width=p["hill_width"],
         curvature=p["hill_curvature"],
         eccentric=p["eccentric_force"],
+        recruited=p["recruited_from"],
         contact_gap=p["contact_gap"],
         contact_stiffness=p["contact_stiffness"],
         contact_damping=p["contact_damping"],
@@ -205,7 +212,7 @@ def _pack(
     return Plant(
         tree=skeleton.tree,
         joints=skeleton.joints,
-        muscles=pack_muscles(points, muscles, slots, p),
+        muscles=pack_muscles(points, muscles, slots, subject.sex, p),
         tissue=pack_tissue(points, tissue, slots),
         links=links,
         contacts=build_contacts(x, points.resolve(dome), sheet, p["torso_axis"]),

@@ -36,6 +36,18 @@ def _measure_chains(muscles: Muscles, fibres: Fibres) -> None:
 
 
 @inner
+def element_drive(level: float, share: float, recruited: float) -> float:
+    """Activation of an element whose share of its group's drive is below one.
+
+    What has any drive at all is recruited fully as the group's activation goes from `recruited`
+    to one: in a maximal effort every fibre of the muscle works.
+    """
+    above = max(0.0, level - recruited) / max(1.0 - recruited, 1e-9)
+    more = above * (1.0 - share) if 0.0 < share < 1.0 else 0.0
+    return level * (share + more)
+
+
+@inner
 def _hill_tensions(
     muscles: Muscles, constants: Constants, activation: Floats, fibres: Fibres
 ) -> None:
@@ -49,7 +61,9 @@ def _hill_tensions(
             constants.eccentric,
         )
     for e in range(muscles.rest.shape[0]):
-        level = activation[np.uintp(muscles.group[e])] * muscles.share[e]
+        level = element_drive(
+            activation[np.uintp(muscles.group[e])], muscles.share[e], constants.recruited
+        )
         fibres.tension[e] = level * fibres.factor[np.uintp(muscles.chain[e])]
     # Nothing is looked up here, so elements are taken several at a time.
     for e in range(muscles.rest.shape[0]):
@@ -127,7 +141,9 @@ def muscle_masses(
     out : (n_elements,), written
     """
     for e in range(out.shape[0]):
-        level = activation[muscles.group[e]] * muscles.share[e]
+        level = element_drive(
+            activation[muscles.group[e]], muscles.share[e], constants.recruited
+        )
         rest = muscles.rest[e]
         if constants.law != HILL:
             k = level * muscles.f_max[e] + muscles.k_pe[e]

@@ -119,6 +119,7 @@ class Constants(NamedTuple):
     width: float
     curvature: float
     eccentric: float
+    recruited: float
     contact_gap: float
     contact_stiffness: float
     contact_damping: float

@@ -70,7 +70,7 @@ def test_calibrated_levels_are_the_default() -> None:
 def test_dilorenzo_table_8_1_gives_the_strengths_of_papers() -> None:
     printed = {row["group"]: row for row in read_rows("hill_papers.csv")}
     for row in PAPERS.rows("hill_rows.csv"):
-        found = element_strengths([row["group"]], [row["region"]], np.array([0.01]), PAPERS)
+        found = element_strengths([row["group"]], [row["region"]], np.array([0.01]), "male", PAPERS)
         numbers = printed[row["row"]]
         scale = PAPERS["hill_table_scale"]
         assert found.f_max[0] == scale * float(numbers["f_max"])
@@ -82,7 +82,7 @@ def test_dilorenzo_table_8_1_gives_the_strengths_of_papers() -> None:
 
 def test_a_group_without_a_printed_row_is_named() -> None:
     with pytest.raises(ParameterError, match=r"hill_rows\.csv: no row .* for scalenes\. Add one"):
-        element_strengths(["scalenes"], [""], np.array([0.01]), PAPERS)
+        element_strengths(["scalenes"], [""], np.array([0.01]), "male", PAPERS)
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_printed_law_pushes_on_while_lengthening_above_a_low_activation(
     group: str, region: str, highest: float
 ) -> None:
     # Slope of the tension at rest towards lengthening: b_PE against 5 a F_max / v_max.
-    s = element_strengths([group], [region], np.array([0.01]), PAPERS)
+    s = element_strengths([group], [region], np.array([0.01]), "male", PAPERS)
     h = 1e-6
 
     def slope(level: float) -> float:
