@@ -8,7 +8,7 @@ from typing import Any, TypeVar, cast
 from numba import njit
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
-OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "fastmath": {"contract", "reassoc", "nsz", "arcp"}}
 
 
 def compiled(function: Kernel) -> Kernel:

@@ -14,6 +14,7 @@ import numpy as np
 from sim.physics.assemble import assemble
 from sim.physics.blocks import Pattern, factorise, solve
 from sim.physics.compiled import compiled, inner
+from sim.physics.dense import factorise_dense, solve_dense
 from sim.physics.plant import Plant
 from sim.physics.rigid import project
 from sim.physics.surface import add_pressure
@@ -36,10 +37,7 @@ def _volume_gradient(
 def _solve_blocks(pattern: Pattern, matrix: Matrix, rhs: Floats) -> None:
     """Solve the block-diagonal part of the step's matrix in place."""
     n_dof, n_particles = matrix.rigid.shape[0], matrix.diagonal.shape[0]
-    np.dot(matrix.rigid, rhs[:n_dof], matrix.row)
-    rhs[:n_dof] = matrix.row
-    # The row is handed back empty, as the next assembly expects it.
-    matrix.row[:] = 0.0
+    solve_dense(matrix.rigid_lower, matrix.rigid_upper, rhs[:n_dof])
     soft = rhs[n_dof:].reshape((n_particles, 3))
     solve(pattern, matrix.lower, matrix.inverse, soft, matrix.scratch)
 
@@ -65,7 +63,7 @@ def refresh(
     """
     matrix, pattern = work.matrix, plant.pattern
     assemble(plant, work, step, activation, mass, locked, centre, motion)
-    matrix.rigid[:] = np.linalg.inv(matrix.rigid)
+    factorise_dense(matrix.rigid, matrix.rigid_lower, matrix.rigid_upper)
     factorise(pattern, matrix.diagonal, matrix.off, matrix.lower, matrix.inverse)
     _volume_gradient(plant, work, plant.abdomen_faces, centre, motion, matrix.belly)
     _volume_gradient(plant, work, plant.chest_faces, centre, motion, matrix.chest)

@@ -46,9 +46,14 @@ class Matrix(NamedTuple):
     inverse: Floats
     scratch: Floats
     rigid: Floats
-    """(n_dof, n_dof), inverse of the rigid block"""
-    row: Floats
-    touched: Ints
+    rigid_lower: Floats
+    rigid_upper: Floats
+    """(n_dof, n_dof), kg or kg m^2, block of the bodies, and its factor by rows and by columns"""
+    pairs: Floats
+    """(n_bodies, n_bodies, 6, 6), kg, between a later and an earlier body"""
+    joined: Floats
+    """(n_bodies, n_bodies), not zero where there is such a block"""
+    wrench: Floats
     belly: Floats
     chest: Floats
     """(n_dof + 3 n_particles,), gradients of the two volumes"""
@@ -105,7 +110,7 @@ def make_work(plant: Plant) -> Work:
 
 
 def _make_matrix(plant: Plant, n_dof: int, n_particles: int) -> Matrix:
-    size = n_dof + 3 * n_particles
+    n_bodies, size = len(plant.tree.body_root), n_dof + 3 * n_particles
     return Matrix(
         diagonal=np.zeros((n_particles, 3, 3)),
         off=np.zeros((len(plant.pattern.pair), 3, 3)),
@@ -113,8 +118,11 @@ def _make_matrix(plant: Plant, n_dof: int, n_particles: int) -> Matrix:
         inverse=np.zeros((n_particles, 3, 3)),
         scratch=np.zeros((n_particles, 3)),
         rigid=np.zeros((n_dof, n_dof)),
-        row=np.zeros(n_dof),
-        touched=np.zeros(4 * n_dof, dtype=np.int64),
+        rigid_lower=np.zeros((n_dof, n_dof)),
+        rigid_upper=np.zeros((n_dof, n_dof)),
+        pairs=np.zeros((n_bodies, n_bodies, 6, 6)),
+        joined=np.zeros((n_bodies, n_bodies)),
+        wrench=np.zeros((n_bodies, 6, n_dof)),
         belly=np.zeros(size),
         chest=np.zeros(size),
         belly_solved=np.zeros(size),
