@@ -45,7 +45,7 @@ __all__ = [
     "total_forces",
 ]
 
-FAR = 0.003
+FAR = 0.0015
 """m; once the fastest point has gone so far, threads have turned and the matrix is renewed."""
 CHANGED = 0.1
 """Change of a group's activation, and so of its stiffness, at which the matrix is renewed."""

@@ -1,7 +1,7 @@
 """The step's matrix: mass, and what threads, contacts and joints add to it.
 
-Particles that pull on bodies enter both diagonal blocks with twice their stiffness, which bounds
-the coupling from above and lets the two blocks be factored apart.
+Particles that pull on bodies enter both diagonal blocks, which lets the two be factored apart.
+With twice their stiffness these would bound the coupling from above; 1.5 times is `ENOUGH`.
 """
 
 from __future__ import annotations
@@ -10,13 +10,15 @@ import numpy as np
 
 from sim.physics.compiled import inner
 from sim.physics.contact import EDGE, cross_sheet
-from sim.physics.forces import muscle_masses
+from sim.physics.forces import ENOUGH, muscle_masses
 from sim.physics.joints import add_joint_masses
-from sim.physics.mass import Arm, Mass, add_mass, arm, project_masses
+from sim.physics.mass import Mass, add_mass, arm, project_masses
 from sim.physics.plant import Plant, Tree
 from sim.physics.types import Floats, Ints
-from sim.physics.work import Matrix, Work
+from sim.physics.work import Work
 
+COUPLED = 2.0 * ENOUGH
+"""Times its mass, what a thread between a particle and a body adds to either."""
 NEAR = 0.012
 """Gap below which contact is in the matrix: it may close before the next refresh, m."""
 
@@ -72,14 +74,15 @@ def _add_list(
             _add_block(m, 1.0, diagonal, j - bound)
             _add_block(m, -1.0, off, slot[e])
             continue
-        body = np.uintp(point_body[i])
+        body = point_body[i]
         r = arm(x, i, centre, root[body])
         joined[body, body] = 1.0
         if j >= bound:
-            add_mass(m, 2.0, r, r, pairs, body, body)
-            _add_block(m, 2.0, diagonal, j - bound)
+            _add_block(m, COUPLED, diagonal, j - bound)
+            m = _thread_mass(x, i, j, along[e], 0.0)
+            add_mass(m, COUPLED, r, r, pairs, body, body)
             continue
-        other = np.uintp(point_body[j])
+        other = point_body[j]
         s = arm(x, j, centre, root[other])
         joined[other, other] = 1.0
         joined[body, other] = 1.0
@@ -95,9 +98,7 @@ GROWTH = 1.5
 
 
 @inner
-def _add_threads(
-    plant: Plant, work: Work, step: float, activation: Floats, centre: Floats
-) -> None:
+def _add_threads(plant: Plant, work: Work, step: float, activation: Floats, centre: Floats) -> None:
     tree, body, x, matrix = plant.tree, plant.point_body, work.x, work.matrix
     muscles, tissue, links = plant.muscles, plant.tissue, plant.links
     fibres, strings = work.fibres, work.strings
@@ -106,18 +107,21 @@ def _add_threads(
     muscle_masses(step, muscles, plant.constants, activation, fibres, along)
     _add_list(
         tree.body_root, body, x, muscles.a, muscles.b, muscles.slot, along,
-        square * fibres.tension / fibres.length, centre, matrix.diagonal, matrix.off, matrix.pairs, matrix.joined,
+        square * fibres.tension / fibres.length, centre,
+        matrix.diagonal, matrix.off, matrix.pairs, matrix.joined,
     )  # fmt: skip
     _add_list(
         tree.body_root, body, x, tissue.a, tissue.b, tissue.slot,
         square * np.where(tissue.curve > 0.0, GROWTH, 1.0) * strings.slope + step * tissue.damping,
-        square * np.maximum(strings.tension, 0.0) / tissue.rest, centre, matrix.diagonal, matrix.off, matrix.pairs, matrix.joined,
+        square * np.maximum(strings.tension, 0.0) / tissue.rest, centre,
+        matrix.diagonal, matrix.off, matrix.pairs, matrix.joined,
     )  # fmt: skip
     # A link holds in every direction: its stiffest for all three bounds it from above.
     stiffest = square * np.maximum(links.along, links.across) + step * links.damping
     _add_list(
         tree.body_root, body, x, links.a, links.b, np.zeros_like(links.a), stiffest, stiffest,
-        centre, matrix.diagonal, matrix.off, matrix.pairs, matrix.joined,
+        centre,
+        matrix.diagonal, matrix.off, matrix.pairs, matrix.joined,
     )  # fmt: skip
 
 
@@ -127,7 +131,8 @@ def _add_contacts(plant: Plant, work: Work, step: float, centre: Floats) -> None
     contacts, constants, tree, matrix = plant.contacts, plant.constants, plant.tree, work.matrix
     x, bound = work.x, plant.point_body.shape[0]
     weight, normal = np.empty(3), np.empty(3)
-    mass = 2.0 * (step * step * constants.contact_stiffness + step * constants.contact_damping)
+    mass = step * step * constants.contact_stiffness + step * constants.contact_damping
+    mass *= COUPLED
     for i in range(contacts.point.shape[0]):
         p, face = contacts.point[i], contacts.face[work.held[i]]
         gap, inside = cross_sheet(x, contacts.face, work.held[i], p, contacts.axis, weight, normal)
@@ -138,10 +143,10 @@ def _add_contacts(plant: Plant, work: Work, step: float, centre: Floats) -> None
         nx, ny, nz = normal[0], normal[1], mass * normal[2]
         m = (mass * nx * nx, mass * nx * ny, nx * nz, mass * ny * ny, ny * nz, normal[2] * nz)
         for k in range(3):
-            body = np.uintp(plant.point_body[face[k]])
+            body = plant.point_body[face[k]]
             r = arm(x, face[k], centre, tree.body_root[body])
             for j in range(3):
-                other = np.uintp(plant.point_body[face[j]])
+                other = plant.point_body[face[j]]
                 if other <= body:
                     s = arm(x, face[j], centre, tree.body_root[other])
                     add_mass(m, weight[k] * weight[j], r, s, matrix.pairs, body, other)
@@ -174,8 +179,6 @@ def assemble(
             matrix.diagonal[p, c, c] = plant.particle_inertia[p]
     _add_threads(plant, work, step, activation, centre)
     _add_contacts(plant, work, step, centre)
-    project_masses(
-        plant.tree, motion, matrix.pairs, matrix.joined, matrix.wrench, matrix.rigid
-    )
+    project_masses(plant.tree, motion, matrix.pairs, matrix.joined, matrix.wrench, matrix.rigid)
     add_joint_masses(plant.joints, step, matrix.rigid)
     _add_inertia(plant.tree, mass, locked, matrix.rigid)

@@ -8,7 +8,15 @@ from typing import Any, TypeVar, cast
 from numba import njit
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
-OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "fastmath": {"contract", "reassoc", "nsz", "arcp"}}
+OPTIONS = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+    # Sums may be fused and taken in another order, the same one at every run; what is not a number
+    # stays so, as divergence is told by it.
+    "fastmath": {"contract", "reassoc", "nsz", "arcp"},
+}
 
 
 def compiled(function: Kernel) -> Kernel:

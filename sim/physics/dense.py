@@ -19,7 +19,7 @@ def factorise_dense(matrix: Floats, lower: Floats, upper: Floats) -> None:
 
 @compiled
 def solve_dense(lower: Floats, upper: Floats, x: Floats) -> None:
-    """Solve L L^T x = b in place; a row is taken off the rest at once, several numbers a time.
+    """Solve L L^T x = b in place.
 
     Parameters
     ----------
@@ -28,14 +28,12 @@ def solve_dense(lower: Floats, upper: Floats, x: Floats) -> None:
     """
     n = x.shape[0]
     for k in range(n):
-        row = upper[k]
-        x[k] /= row[k]
-        top = x[k]
-        for j in range(k + 1, n):
-            x[j] -= top * row[j]
-    for k in range(n - 1, -1, -1):
-        row = lower[k]
-        x[k] /= row[k]
-        top = x[k]
+        row, rest = lower[k], x[k]
         for j in range(k):
-            x[j] -= top * row[j]
+            rest -= row[j] * x[j]
+        x[k] = rest / row[k]
+    for k in range(n - 1, -1, -1):
+        row, rest = upper[k], x[k]
+        for j in range(k + 1, n):
+            rest -= row[j] * x[j]
+        x[k] = rest / row[k]

@@ -14,14 +14,13 @@ from sim.physics.compiled import compiled, inner
 from sim.physics.plant import Tree
 from sim.physics.types import Floats
 
-
 Mass: TypeAlias = tuple[float, float, float, float, float, float]
 """Symmetric 3 x 3 mass, kg: xx, xy, xz, yy, yz, zz."""
 Arm: TypeAlias = tuple[float, float, float]
 """A point from the centre that its body's motion is stated at, m."""
 
 
-@inner
+@compiled
 def arm(x: Floats, p: int, centre: Floats, root: int) -> Arm:
     """Point `p` of `x` from the centre of mass of the tree whose root is body `root`."""
     i, o = np.uintp(p), np.uintp(root)
@@ -29,17 +28,17 @@ def arm(x: Floats, p: int, centre: Floats, root: int) -> Arm:
 
 
 @inner
-def _add_row(x: float, y: float, z: float, s: Arm, pairs: Floats, a: int, b: int, i: int) -> None:
+def _add_row(x: float, y: float, z: float, s: Arm, out: Floats, i: int) -> None:
     """Add a force (x, y, z) on the point s, as a wrench, to a row of a block."""
-    pairs[a, b, i, 0] += s[1] * z - s[2] * y
-    pairs[a, b, i, 1] += s[2] * x - s[0] * z
-    pairs[a, b, i, 2] += s[0] * y - s[1] * x
-    pairs[a, b, i, 3] += x
-    pairs[a, b, i, 4] += y
-    pairs[a, b, i, 5] += z
+    out[i, 0] += s[1] * z - s[2] * y
+    out[i, 1] += s[2] * x - s[0] * z
+    out[i, 2] += s[0] * y - s[1] * x
+    out[i, 3] += x
+    out[i, 4] += y
+    out[i, 5] += z
 
 
-@inner
+@compiled
 def add_mass(m: Mass, k: float, r: Arm, s: Arm, pairs: Floats, a: int, b: int) -> None:
     """Add k J_r^T m J_s, where J_r turns a body's motion into that of its point r.
 
@@ -48,13 +47,13 @@ def add_mass(m: Mass, k: float, r: Arm, s: Arm, pairs: Floats, a: int, b: int) -
     pairs : (n_bodies, n_bodies, 6, 6), rotation first; block (a, b) is added to
     """
     xx, xy, xz, yy, yz, zz = k * m[0], k * m[1], k * m[2], k * m[3], k * m[4], k * m[5]
-    x, y, z = r
-    _add_row(y * xz - z * xy, y * yz - z * yy, y * zz - z * yz, s, pairs, a, b, 0)
-    _add_row(z * xx - x * xz, z * xy - x * yz, z * xz - x * zz, s, pairs, a, b, 1)
-    _add_row(x * xy - y * xx, x * yy - y * xy, x * yz - y * xz, s, pairs, a, b, 2)
-    _add_row(xx, xy, xz, s, pairs, a, b, 3)
-    _add_row(xy, yy, yz, s, pairs, a, b, 4)
-    _add_row(xz, yz, zz, s, pairs, a, b, 5)
+    (x, y, z), out = r, pairs[a, b]
+    _add_row(y * xz - z * xy, y * yz - z * yy, y * zz - z * yz, s, out, 0)
+    _add_row(z * xx - x * xz, z * xy - x * yz, z * xz - x * zz, s, out, 1)
+    _add_row(x * xy - y * xx, x * yy - y * xy, x * yz - y * xz, s, out, 2)
+    _add_row(xx, xy, xz, s, out, 3)
+    _add_row(xy, yy, yz, s, out, 4)
+    _add_row(xz, yz, zz, s, out, 5)
 
 
 @inner
@@ -112,9 +111,7 @@ def project_masses(
         )  # fmt: skip
         w0, w1, w2, w3, w4, w5 = w[0], w[1], w[2], w[3], w[4], w[5]
         for j in range(n):
-            row[j] = (
-                s0 * w0[j] + s1 * w1[j] + s2 * w2[j] + s3 * w3[j] + s4 * w4[j] + s5 * w5[j]
-            )
+            row[j] = s0 * w0[j] + s1 * w1[j] + s2 * w2[j] + s3 * w3[j] + s4 * w4[j] + s5 * w5[j]
     for i in range(n):
         for j in range(i + 1):
             both = out[i, j] + out[j, i]

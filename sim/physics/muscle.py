@@ -78,8 +78,8 @@ def active_slopes(
 
 
 @inner
-def _exponential(power: float) -> float:
-    """e^power for a power in [-16, 0], to 1e-14 of itself, by series, scaling and squaring.
+def exponential(power: float) -> float:
+    """e^power for a power in [-22, 4], to 1e-11 of itself, by series, scaling and squaring.
 
     No branch, no table and no call, so a loop over elements computes several at a time.
     """
@@ -104,7 +104,7 @@ def passive_shape(ratio: float) -> tuple[float, float]:
     ratio : element length over optimal length, not negative
     """
     past = max(0.0, ratio - 1.5)
-    value = _exponential(PASSIVE_SHAPE * (ratio - past - 1.0) - 0.5 * PASSIVE_SHAPE)
+    value = exponential(PASSIVE_SHAPE * (ratio - past - 1.0) - 0.5 * PASSIVE_SHAPE)
     return value * (1.0 + PASSIVE_SHAPE * past), value * PASSIVE_SHAPE
 
 

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from sim import engine
 from sim.physics.joints import add_joints, rotation_vector
+from sim.physics.mass import add_mass, arm, project_masses
 from sim.physics.plant import Joints
 from sim.physics.rigid import project
-from sim.physics.rows import add_outer, add_point_row, mirror
 from sim.physics.types import Floats
 from sim.rest import Machine, RestState
 from sim.resting import RestingTorso
@@ -192,35 +192,46 @@ def test_velocities_are_those_of_the_points(resting: RestingTorso) -> None:
     np.testing.assert_allclose(found, move, rtol=0.0, atol=1e-7)
 
 
-def test_sparse_rows_agree_with_the_projection(resting: RestingTorso) -> None:
-    pose = Pose(resting.upright, 5)
+@pytest.mark.parametrize("seed", [5, 6, 7])
+def test_masses_between_points_are_what_the_projection_makes_of_them(
+    resting: RestingTorso, seed: int
+) -> None:
+    pose = Pose(resting.upright, seed)
     torso, work, bones = resting.torso, pose.machine.work, pose.machine.bones
-    nv = pose.machine.model.nv
+    nv, tree = pose.machine.model.nv, torso.plant.tree
     pose.points(np.zeros(nv), 0.0)
-    tree = torso.plant.tree
-    row, touched = np.zeros(nv), np.zeros(4 * nv, dtype=np.int64)
-    for p in pose.rng.integers(0, torso.n_bound, 20):
-        direction = pose.rng.standard_normal(3)
-        force, tau = np.zeros_like(work.f), np.zeros(nv)
-        force[p] = 2.0 * direction
-        project(
-            work.riders,
-            torso.plant.tree,
-            work.x,
-            force,
-            bones.centre,
-            bones.motion,
-            work.wrench,
-            tau,
+
+    def row(force: Floats) -> Floats:
+        tau = np.zeros(nv)
+        project(work.riders, tree, work.x, force, bones.centre, bones.motion, work.wrench, tau)
+        return tau
+
+    n_bodies = len(tree.body_root)
+    pairs, joined = np.zeros((n_bodies, n_bodies, 6, 6)), np.zeros((n_bodies, n_bodies))
+    expected, found = np.zeros((nv, nv)), np.ones((nv, nv))
+    for p, q in pose.rng.integers(0, torso.n_bound, (20, 2)).tolist():
+        # a thread from p to q; p rides on the later body
+        a, b = torso.plant.point_body[[p, q]]
+        if a < b:
+            p, q, a, b = q, p, b, a
+        root = pose.rng.standard_normal((3, 3))
+        mass = root @ root.T
+        m = tuple(mass[np.triu_indices(3)])
+        r, s = (
+            arm(work.x, i, bones.centre, tree.body_root[torso.plant.point_body[i]]) for i in (p, q)
         )
-        body = int(torso.plant.point_body[p])
-        count = add_point_row(
-            int(tree.body_root[body]), int(tree.body_last_dof[body]), tree.dof_parent,
-            work.x[p], direction, 2.0, bones.centre, bones.motion, row, touched, 0,
-        )  # fmt: skip
-        np.testing.assert_allclose(row, tau, rtol=0.0, atol=1e-12)
-        matrix = np.zeros((nv, nv))
-        add_outer(row, touched, count, 3.0, matrix)
-        mirror(matrix)
-        np.testing.assert_allclose(matrix, 3.0 * np.outer(tau, tau), rtol=0.0, atol=1e-11)
-        assert not row.any()
+        for k, x, y, i, j in ((1.0, r, r, a, a), (1.0, s, s, b, b), (-1.0, r, s, a, b)):
+            add_mass(m, k, x, y, pairs, i, j)
+            joined[i, j] = 1.0
+        if a == b:
+            add_mass(m, -1.0, s, r, pairs, a, a)
+        for direction in np.linalg.cholesky(mass).T:
+            force = np.zeros_like(work.f)
+            force[p] += direction
+            force[q] -= direction
+            expected += np.outer(row(force), row(force))
+    wrench = np.empty((n_bodies, 6, nv))
+    project_masses(tree, bones.motion, pairs, joined, wrench, found)
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-11 * np.abs(expected).max())
+    assert not pairs.any()
+    assert not joined.any()
