@@ -1,7 +1,8 @@
 """The step's matrix: mass, and what threads, contacts and joints add to it.
 
 Particles that pull on bodies enter both diagonal blocks, which lets the two be factored apart.
-With twice their stiffness these would bound the coupling from above; 1.5 times is `ENOUGH`.
+Twice their mass would bound the coupling from above, but what is too much is artificial inertia,
+which set the central tendon swinging at full effort; once is half the bound, enough for damping.
 """
 
 from __future__ import annotations
@@ -10,15 +11,15 @@ import numpy as np
 
 from sim.physics.compiled import inner
 from sim.physics.contact import EDGE, cross_sheet
-from sim.physics.forces import ENOUGH, muscle_masses
+from sim.physics.forces import muscle_masses
 from sim.physics.joints import add_joint_masses
 from sim.physics.mass import Mass, add_mass, arm, project_masses
 from sim.physics.plant import Plant, Tree
 from sim.physics.types import Floats, Ints
 from sim.physics.work import Work
 
-COUPLED = 2.0 * ENOUGH
-"""Times its mass, what a thread between a particle and a body adds to either."""
+COUPLED = 1.0
+"""Times its mass, what a thread between a particle and a body adds to either; 2 would bound it."""
 NEAR = 0.012
 """Gap below which contact is in the matrix: it may close before the next refresh, m."""
 
@@ -132,7 +133,7 @@ def _add_contacts(plant: Plant, work: Work, step: float, centre: Floats) -> None
     x, bound = work.x, plant.point_body.shape[0]
     weight, normal = np.empty(3), np.empty(3)
     mass = step * step * constants.contact_stiffness + step * constants.contact_damping
-    mass *= COUPLED
+    mass *= 2.0
     for i in range(contacts.point.shape[0]):
         p, face = contacts.point[i], contacts.face[work.held[i]]
         gap, inside = cross_sheet(x, contacts.face, work.held[i], p, contacts.axis, weight, normal)

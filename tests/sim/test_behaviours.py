@@ -26,7 +26,7 @@ def test_every_behaviour_can_be_run(style: str, form: str) -> None:
     assert parse_controls(format_controls(controls).encode(), "again.xml") == controls
 
 
-@pytest.mark.parametrize("style", ["giggle", "laugh", "belly_laugh", "cough", "sneeze"])
+@pytest.mark.parametrize("style", ["cough", "sneeze"])
 @pytest.mark.parametrize("form", FORMS)
 def test_quick_behaviours_have_a_short_step(style: str, form: str) -> None:
     assert find_controls(style, form).run_step <= 1e-3
