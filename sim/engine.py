@@ -45,7 +45,7 @@ __all__ = [
     "total_forces",
 ]
 
-FAR = 0.0015
+FAR = 0.003
 """m; once the fastest point has gone so far, threads have turned and the matrix is renewed."""
 CHANGED = 0.1
 """Change of a group's activation, and so of its stiffness, at which the matrix is renewed."""
@@ -144,7 +144,9 @@ def _apply(bones: Bones, work: Work, state: State, schedule: Schedule) -> float:
     for p in range(0, work.v.shape[0] - state.soft.shape[0], 7):
         for c in range(3):
             fastest = max(fastest, abs(work.v[p, c]))
-    return fastest if np.isfinite(state.qvel.sum() + state.soft_velocity.sum()) else np.inf
+    # A comparison, which nothing that is not a number passes; `max` above skips such numbers.
+    total = abs(state.qvel.sum() + state.soft_velocity.sum())
+    return fastest if total < np.inf else np.inf
 
 
 @inner

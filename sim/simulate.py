@@ -172,7 +172,7 @@ def _one_way(torso: Torso, scalars: Floats, frame: float) -> Floats:
 def _diverged(time: float, machine: Machine, state: engine.State) -> str:
     fastest = int(np.argmax(np.nan_to_num(np.abs(state.qvel), nan=np.inf)))
     name = machine.model.body(int(machine.model.dof_bodyid[fastest])).name
-    soft = float(np.nanmax(np.abs(state.soft_velocity)))
+    soft = float(np.abs(state.soft_velocity).max())
     return (
         f"the simulation diverged at {time:.3f} s: body {name} at {state.qvel[fastest]:.3g}, "
         f"fastest particle at {soft:.3g} m/s. Lower the activation or the step."

@@ -234,9 +234,7 @@ class CavityBuilder:
         middle = edge.mean(axis=0)
         # A paraboloid: half-way in, three quarters of its height are reached.
         rise = np.array([0.0, 0.0, p["tendon_rise"] * a.scale[2]])
-        ring = [
-            self._bind("central_tendon", 0.5 * (q + middle) + 0.75 * rise) for q in edge[::2]
-        ]
+        ring = [self._bind("central_tendon", 0.5 * (q + middle) + 0.75 * rise) for q in edge[::2]]
         top = self._bind("central_tendon", middle + rise)
         faces = []
         for j in range(n):

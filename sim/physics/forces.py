@@ -146,9 +146,7 @@ def muscle_masses(
     out : (n_elements,), written
     """
     for e in range(out.shape[0]):
-        level = element_drive(
-            activation[muscles.group[e]], muscles.share[e], constants.recruited
-        )
+        level = element_drive(activation[muscles.group[e]], muscles.share[e], constants.recruited)
         rest = muscles.rest[e]
         if constants.law != HILL:
             k = level * muscles.f_max[e] + muscles.k_pe[e]

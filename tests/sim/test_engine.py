@@ -120,7 +120,7 @@ def test_a_failed_breath_is_marked_and_the_others_go_on(resting: RestingTorso) -
         attachments=resting.bind(marks["STRN"][None], "upright"), inspiration_time=0.3,
         expiration_time=0.4, pause_time=0.1, rate=25.0, workers=2,
     )  # fmt: skip
-    runs = breather.run(np.array([[0.1, 0.05, 0.0, 0.0], [1e4, 1e4, 1e4, 1e4]]))
+    runs = breather.run(np.array([[0.1, 0.05, 0.0, 0.0], [np.nan, 0.05, 0.0, 0.0]]))
     assert runs.failed.tolist() == [False, True]
     assert np.isnan(runs.positions[1]).all()
     assert np.isfinite(runs.positions[0]).all()
