@@ -79,8 +79,10 @@ class SheetBuilder:
         for body, at in bodies.items():
             anchor = self.points.add(body, at)
             for handle in self.cavity.tendon_ring[::2]:
-                self.tissue.add(anchor, handle, p["pericardium_stiffness"], p["pericardium_slack"], p["tissue_time"],
-                                0, p["pericardium_curve"])  # fmt: skip
+                self.tissue.add(
+                    anchor, handle, p["pericardium_stiffness"], p["pericardium_slack"],
+                    p["tissue_time"], 0, p["pericardium_curve"],
+                )  # fmt: skip
 
     def wall(self) -> None:
         """Rectus, obliques and transversus in series over the wall, and its passive membrane."""
