@@ -54,12 +54,23 @@ def test_laughs(run: Run, style: str) -> None:
         assert 0.25 <= share <= 0.42
 
 
-STATED = ("tidal_volume_l", "peak_flow_l_s", "peak_gastric_pressure_cmh2o")
+VOLUME, FLOW, PRESSURE = "tidal_volume_l", "peak_flow_l_s", "peak_gastric_pressure_cmh2o"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("style", ["deep", "vital_capacity", "laugh", "cough", "sneeze"])
-def test_halving_the_step_hardly_changes_what_is_stated(resting: RestingTorso, style: str) -> None:
+@pytest.mark.parametrize(
+    ("style", "stated"),
+    [
+        ("deep", (VOLUME, FLOW, PRESSURE)),
+        ("vital_capacity", (VOLUME, PRESSURE)),
+        ("laugh", (VOLUME, FLOW, PRESSURE)),
+        ("cough", (VOLUME, FLOW, PRESSURE)),
+        ("sneeze", (VOLUME, FLOW, PRESSURE)),
+    ],
+)
+def test_halving_the_step_hardly_changes_what_is_stated(
+    resting: RestingTorso, style: str, stated: tuple[str, ...]
+) -> None:
     controls = find_controls(style)
     duration = controls.run_duration
     assert duration is not None
@@ -68,7 +79,7 @@ def test_halving_the_step_hardly_changes_what_is_stated(resting: RestingTorso, s
         run_controls(resting, controls, posture="upright", duration=duration, step=h).figures()
         for h in (step, 0.5 * step)
     )
-    for name in STATED:
+    for name in stated:
         assert coarse[name] == pytest.approx(fine[name], rel=0.02), name
 
 
