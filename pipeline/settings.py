@@ -137,6 +137,23 @@ class PosteriorSettings:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
+class AudioSettings:
+    """Reading a sound file.
+
+    rate_hz : faster recordings are reduced to this
+    highpass_hz : below it is no voice (rumble, wind, offset)
+    min_duration_s, max_duration_s : of the part that is used
+    clipped_share : share of samples on a flat top from which on the recording is called clipped
+    """
+
+    rate_hz: float
+    highpass_hz: float
+    min_duration_s: float
+    max_duration_s: float
+    clipped_share: float
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
 class PapersSettings:
     """The page that makes the papers' figures anew.
 
