@@ -15,10 +15,13 @@ import yaml
 
 from pipeline import places
 from pipeline.settings import (
+    AudioSettings,
+    CallSettings,
     FitSettings,
     MarkerSettings,
     PapersSettings,
     PosteriorSettings,
+    PressureSettings,
     SignatureSettings,
 )
 from sim.errors import InputError
@@ -28,6 +31,9 @@ SECTIONS: dict[str, type] = {
     "signature": SignatureSettings,
     "fit": FitSettings,
     "posterior": PosteriorSettings,
+    "audio": AudioSettings,
+    "pressure": PressureSettings,
+    "calls": CallSettings,
     "papers": PapersSettings,
 }
 STUDY_FILE = Path("config/config.yaml")

@@ -154,6 +154,76 @@ class AudioSettings:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
+class PressureSettings:
+    """From loudness to lung pressure.
+
+    cutoff_hz : of the first-order Butterworth low-pass of the rectified sound
+    passes : 1 as published (its delay is taken off), 2 there and back
+    map : "linear" as published, or "power"
+    intensity : factor on the pressure, to exaggerate or tone down
+    active_share : sound over this share of the mean peak belongs to a laugh
+    active_hold_s : and so does what is so near to it
+    probability : of every interval
+    block_s : samples that the bootstrap draws together
+    n_bootstrap : draws of the bootstrap
+    table_rate_hz : rows a second of pressure.csv
+    """
+
+    cutoff_hz: float
+    passes: int
+    map: str
+    intensity: float
+    active_share: float
+    active_hold_s: float
+    probability: float
+    block_s: float
+    n_bootstrap: int
+    table_rate_hz: float
+
+    def __post_init__(self) -> None:
+        if self.map not in ("linear", "power"):
+            raise ValueError("map is linear or power.")
+        if self.passes not in (1, 2):
+            raise ValueError("passes is 1 or 2.")
+        if not 0.5 <= self.cutoff_hz <= 100.0:
+            raise ValueError("cutoff_hz is from 0.5 to 100.")
+        if self.intensity <= 0.0 or not 0.0 < self.probability < 1.0:
+            raise ValueError("intensity is over 0, probability between 0 and 1.")
+        if not 1.0 <= self.table_rate_hz <= 1000.0:
+            raise ValueError("table_rate_hz is from 1 to 1000.")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CallSettings:
+    """Finding calls and bouts, and telling laughter from what is none.
+
+    envelope_hz : low-pass in which calls are told apart
+    stronger : take the floor under the valleys off, for sound that echoes or is muddy
+    prominence_db : a call stands out of its valleys by as much
+    depth_db : a peak so far below the loudest within 1.5 s is none
+    apart_s : two calls are at least so far apart
+    gap_s : a longer time between two peaks ends a bout
+    voiced_periodicity : median periodicity at the peak from which on a call is voiced
+    min_calls : voiced calls that a bout needs to be told from a spoken "ha ha"
+    min_probability : of laughter, from which on a bout is one
+    context_s : bouts so near to laughter, and alike, belong to it
+    machine_irregularity : intervals less uneven than this are no living thing's
+    """
+
+    envelope_hz: float
+    stronger: bool
+    prominence_db: float
+    depth_db: float
+    apart_s: float
+    gap_s: float
+    voiced_periodicity: float
+    min_calls: int
+    min_probability: float
+    context_s: float
+    machine_irregularity: float
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
 class PapersSettings:
     """The page that makes the papers' figures anew.
 
