@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -104,8 +105,10 @@ def draw_laugh(
     dry = _voice(rng, speaker, pressure, closed * 10 ** (level / 20), p)
     dry += _air(rng, speaker, time, pressure, 1 - closed, breaths, p)
     wet = _room(rng, speaker, dry, p)
-    resistance = p["airway"] + p["glottis_abducted"] + closed * (
-        p["glottis_adducted"] - p["glottis_abducted"]
+    resistance = (
+        p["airway"]
+        + p["glottis_abducted"]
+        + closed * (p["glottis_adducted"] - p["glottis_abducted"])
     )
     # a breath in passes an open larynx
     resistance = np.where(pressure < 0, p["airway"], resistance)
@@ -142,9 +145,7 @@ def _timing(
 def _heights(
     rng: np.random.Generator, speaker: Speaker, bouts: tuple[int, ...], p: dict[str, float]
 ) -> Floats:
-    parts = [
-        p["peak_fall"] ** np.arange(n) * np.exp(rng.normal(0, p["peak_sd"], n)) for n in bouts
-    ]
+    parts = [p["peak_fall"] ** np.arange(n) * np.exp(rng.normal(0, p["peak_sd"], n)) for n in bouts]
     heights = np.concatenate(parts)
     return speaker.peak_pressure * heights / heights.mean()
 
@@ -174,7 +175,7 @@ def _pressure(
                 ends[i] = starts[i + 1] = middle
         ends[mine[-1]] = peaks[mine[-1]] + p["release_time"]
         knots.append((ends[mine[-1]], 0.0))
-        for (t0, p0), (t1, p1) in zip(knots[:-1], knots[1:], strict=True):
+        for (t0, p0), (t1, p1) in pairwise(knots):
             inside = (time >= t0) & (time < t1)
             phase = (time[inside] - t0) / (t1 - t0)
             pressure[inside] = p0 + (p1 - p0) * (1 - np.cos(np.pi * phase)) / 2
@@ -266,9 +267,7 @@ def _formants(source: Floats, speaker: Speaker) -> Floats:
     return np.asarray(out / np.sqrt((out**2).mean() + 1e-20), dtype=np.float64)
 
 
-def _room(
-    rng: np.random.Generator, speaker: Speaker, dry: Floats, p: dict[str, float]
-) -> Floats:
+def _room(rng: np.random.Generator, speaker: Speaker, dry: Floats, p: dict[str, float]) -> Floats:
     """Echo that dies away, and the noise of the room."""
     length = int(speaker.reverberation * RATE)
     decay = rng.normal(0, 1, length) * 10 ** (-3 * np.arange(length) / length)

@@ -17,6 +17,9 @@ STAGE_HELP = {
     "signature": "find breaths and average them",
     "fit": "fit the torso's activations to the breath",
     "posterior": "give the activations intervals",
+    "audio": "read a sound and tell which kind it is",
+    "pressure": "turn the sound of a laugh into lung pressure",
+    "calls": "find the calls and bouts of a laugh",
     "report": "write the report of a recording",
 }
 PAGE_HELP = {
@@ -74,14 +77,14 @@ def _overrides(options: argparse.Namespace) -> dict[str, str]:
 
 
 def _stage(options: argparse.Namespace) -> int:
-    from pipeline.job import make_job, read_job
+    from pipeline.job import read_job
     from pipeline.run import run_stage
     from pipeline.stages import STAGES
     from pipeline.workflow import RESULTS, read_plan
 
     if options.job is None:
         plan = read_plan(_overrides(options))
-        job = make_job(plan.study.entry(options.name), options.command, plan.config)
+        job = read_job(plan.job(options.name, options.command))
     else:
         job = read_job(options.job)
     try:
@@ -96,12 +99,17 @@ def _stage(options: argparse.Namespace) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
+    from pipeline.job import LAUGH, read_job
+    from pipeline.laugh_report import write_laugh_report
     from pipeline.report import write_report
     from pipeline.workflow import REPORTS, RESULTS, read_plan
 
     if options.job is None:
-        read_plan(_overrides(options)).study.entry(options.name)
-    path = write_report(RESULTS / options.name, REPORTS / f"{options.name}.html")
+        kind = read_plan(_overrides(options)).study.entry(options.name).recording["kind"]
+    else:
+        kind = read_job(options.job).kind
+    write = write_laugh_report if kind == LAUGH else write_report
+    path = write(RESULTS / options.name, REPORTS / f"{options.name}.html")
     print(f"{options.name}: report: {path}", flush=True)
     return 0
 
@@ -113,7 +121,7 @@ def _page(options: argparse.Namespace) -> int:
     names, problems = options.names, options.problems
     if not names or problems is None:
         plan = read_plan(_overrides(options))
-        names, problems = plan.study.names, plan.lost
+        names, problems = plan.study.names_of("breath"), plan.lost
     else:
         problems = [line for line in problems.split("\n") if line]
     write = write_error_table if options.command == "tabulate" else write_group

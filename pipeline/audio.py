@@ -255,9 +255,7 @@ def _resample(clean: Floats, rate: float, wanted: float) -> tuple[Floats, float]
 def _channel_correlation(clean: Floats, loudest: int) -> float | None:
     """Lowest correlation of a channel that holds sound with the loudest one; None for mono."""
     power = (clean**2).sum(axis=0)
-    others = [
-        i for i in range(clean.shape[1]) if i != loudest and power[i] > 1e-4 * power[loudest]
-    ]
+    others = [i for i in range(clean.shape[1]) if i != loudest and power[i] > 1e-4 * power[loudest]]
     if not others:
         return None
     main = clean[:, loudest]

@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Correlation:
-    """Pearson's r; `p_value` counts every sample as independent, as published, `low`, `high` do not.
+    """Pearson's r; `p_value` takes every sample as independent, as published, the interval not.
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ def without_floor(envelope: Floats) -> Floats:
     nothing between calls that echo or a crowd had run together.
     """
     window = round(FLOOR_WINDOW * RATE)
-    floor = ndimage.grey_opening(envelope, window, mode="nearest")
+    floor = ndimage.grey_opening(envelope, (window,), mode="nearest")
     floor = ndimage.uniform_filter1d(floor, window, mode="nearest")
     return np.maximum(envelope - floor, 1e-5 * float(envelope.max()))
 
@@ -80,4 +80,4 @@ def active(envelope: Floats, mean_peak: float, share: float, hold: float) -> Boo
     if not loud.any():
         loud = envelope > share * mean_peak
     width = 2 * round(hold * RATE) + 1
-    return np.asarray(ndimage.binary_dilation(loud, np.ones(width)), dtype=np.bool_)
+    return np.asarray(ndimage.binary_dilation(loud, np.ones(width, dtype=np.bool_)), dtype=np.bool_)

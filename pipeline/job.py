@@ -16,9 +16,22 @@ SECTIONS_OF = {
     "signature": ("signature",),
     "fit": ("fit",),
     "posterior": ("fit", "posterior"),
+    "audio": ("audio", "calls"),
+    "pressure": ("audio", "pressure", "calls"),
+    "calls": ("calls",),
     "report": (),
 }
-STAGES = tuple(SECTIONS_OF)
+BREATH, LAUGH = "breath", "laugh"
+CHAINS = {
+    BREATH: ("markers", "signature", "fit", "posterior"),
+    LAUGH: ("audio", "pressure", "calls"),
+}
+"""Stages of each kind of recording, in order; each needs those before it."""
+
+
+def chain_of(kind: str) -> tuple[str, ...]:
+    """Stages of a kind; a row without a kind that is known is a breath's."""
+    return CHAINS.get(kind, CHAINS[BREATH])
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -32,6 +45,7 @@ class Job:
     file, markers : paths; `markers` may be empty
     problem : why the row cannot be used, empty if it can
     settings : section name to values
+    edit : digest of what a person changed in the stage's table, empty where nothing was
     """
 
     name: str
@@ -44,6 +58,12 @@ class Job:
     settings: dict[str, dict[str, Any]]
     seed: int
     version: str
+    edit: str = ""
+
+    @property
+    def kind(self) -> str:
+        """Kind of the recording."""
+        return self.recording.get("kind", BREATH)
 
     @property
     def text(self) -> str:
@@ -55,7 +75,7 @@ class Job:
         return configuration.section(name, self.settings[name], "settings")
 
 
-def make_job(entry: Entry, stage: str, config: Mapping[str, Any]) -> Job:
+def make_job(entry: Entry, stage: str, config: Mapping[str, Any], edit: str = "") -> Job:
     """Return the job of `stage` for one row.
 
     Parameters
@@ -63,7 +83,12 @@ def make_job(entry: Entry, stage: str, config: Mapping[str, Any]) -> Job:
     entry : the row
     stage : one of STAGES
     config : a checked configuration
+    edit : digest of what a person changed in the stage's table
     """
+    problem, kind = entry.problem, entry.recording.get("kind", BREATH)
+    if not problem and stage != "report" and stage not in chain_of(kind):
+        stages = ", ".join(chain_of(kind))
+        problem = f"recording {entry.name}: is a {kind}, whose stages are {stages}. Ask for those."
     return Job(
         name=entry.name,
         stage=stage,
@@ -71,10 +96,11 @@ def make_job(entry: Entry, stage: str, config: Mapping[str, Any]) -> Job:
         subject=entry.subject,
         file=str(entry.file),
         markers=str(entry.markers or ""),
-        problem=entry.problem,
+        problem=problem,
         settings={name: dict(config[name]) for name in SECTIONS_OF[stage]},
         seed=config["seed"],
         version=places.version(),
+        edit=edit,
     )
 
 

@@ -76,9 +76,7 @@ class PressureMap:
         about = np.stack([np.interp(grid, self.levels, one) for one in self.scatter.T], axis=1)
         q = self.shape(grid)[:, None] + about
         tails = [(1 - probability) / 2, (1 + probability) / 2]
-        low, high = np.quantile(
-            (q[:, :, None] * scales).reshape(N_LEVELS, -1), tails, axis=1
-        )
+        low, high = np.quantile((q[:, :, None] * scales).reshape(N_LEVELS, -1), tails, axis=1)
         return np.interp(loudness, grid, low), np.interp(loudness, grid, high)
 
     def quiet_band(self, probability: float) -> tuple[float, float]:
@@ -150,7 +148,9 @@ def fit_map(subjects: Sequence[CalibratedSubject], form: str) -> PressureMap:
         scatter = scatter + of["single_subject_shape"] * stats.norm.ppf(_middles(N_SHAPES))
     logs = np.log([one.mean_peak for one in subjects])
     freedom = of["prior_freedom"] + n - 1
-    square = of["prior_freedom"] * of["prior_log_sd"] ** 2 + float(((logs - logs.mean()) ** 2).sum())
+    square = of["prior_freedom"] * of["prior_log_sd"] ** 2 + float(
+        ((logs - logs.mean()) ** 2).sum()
+    )
     quiet = [one.measured[~one.active] for one in subjects if (~one.active).any()]
     tails = np.array([of["quiet_low"], 0.0, of["quiet_high"]])
     if quiet:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import csv
 import dataclasses
+import io
 import json
 import os
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -69,10 +72,28 @@ def read_json(path: Path) -> Any:
         raise InputError(f"{path}: cannot be read ({error}). Delete it and run again.") from error
 
 
+def seconds_or_none(text: str) -> float | None:
+    """Read a cell of seconds; an empty one is None."""
+    return float(text) if text else None
+
+
+def _cell(value: Any) -> Any:
+    """Return what a table shows: nothing for not-a-number."""
+    return "" if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def write_rows(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write rows of the same columns as CSV."""
+    stream = io.StringIO()
+    if rows:
+        writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
+    write_text(path, stream.getvalue())
+
+
 def save(record: Any, path: Path) -> None:
     """Save a dataclass of arrays, numbers, strings, tuples and dicts as one `.npz`."""
-    import io
-
     arrays: dict[str, np.ndarray] = {}
     rest: dict[str, Any] = {}
     for field in dataclasses.fields(record):

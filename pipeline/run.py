@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from pipeline import status
-from pipeline.job import STAGES, Job
+from pipeline import calls_file, status
+from pipeline.job import Job, chain_of
 from pipeline.records import write_text
 from sim.errors import TorsoError
 
@@ -32,11 +32,25 @@ FILES_OF: dict[str, tuple[str, ...]] = {
         "ribs.svg",
     ),
     "posterior": ("posterior.nc", "activations.csv", "posterior.svg"),
+    "audio": ("audio.npz",),
+    "pressure": ("pressure.npz", "pressure.csv"),
+    "calls": ("calls.csv", "calls.TextGrid", "calls.svg", "spectrogram.svg"),
 }
 
 
+def _clear(job: Job, folder: Path) -> None:
+    """Remove what an earlier run left, but not a table that a person has edited."""
+    edited = job.stage == "calls" and bool(calls_file.edit_digest(folder))
+    for name in (f"{job.stage}.json", *FILES_OF[job.stage]):
+        if not (edited and name == calls_file.TABLE):
+            (folder / name).unlink(missing_ok=True)
+
+
 def _earlier_problem(job: Job, folder: Path) -> dict[str, Any] | None:
-    for stage in STAGES[: STAGES.index(job.stage)]:
+    stages = chain_of(job.kind)
+    if job.stage not in stages:
+        return None
+    for stage in stages[: stages.index(job.stage)]:
         record = status.read_status(folder, stage)
         if record["status"] != status.OK:
             return record
@@ -58,8 +72,7 @@ def run_stage(stage: Stage, job: Job, folder: Path, processes: int) -> str:
     One line about the result; empty when an earlier stage's problem was passed on.
     """
     record = folder / f"{job.stage}.json"
-    for name in (record.name, *FILES_OF[job.stage]):
-        (folder / name).unlink(missing_ok=True)
+    _clear(job, folder)
     earlier = _earlier_problem(job, folder)
     if earlier is not None:
         status.write_unusable(

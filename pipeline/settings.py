@@ -204,7 +204,8 @@ class CallSettings:
     apart_s : two calls are at least so far apart
     gap_s : a longer time between two peaks ends a bout
     voiced_periodicity : median periodicity at the peak from which on a call is voiced
-    min_calls : voiced calls that a bout needs to be told from a spoken "ha ha"
+    min_calls : voiced calls that a bout needs to be judged by itself
+    min_calls_all : voiced calls of all such bouts, to be told from a spoken "ha ha"
     min_probability : of laughter, from which on a bout is one
     context_s : bouts so near to laughter, and alike, belong to it
     machine_irregularity : intervals less uneven than this are no living thing's
@@ -218,6 +219,7 @@ class CallSettings:
     gap_s: float
     voiced_periodicity: float
     min_calls: int
+    min_calls_all: int
     min_probability: float
     context_s: float
     machine_irregularity: float

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.audio import read_sound
+from pipeline.calibration_table import calibration_files
 from pipeline.correlation import Correlation, correlate
 from pipeline.delimited_text import Table, read_table
 from pipeline.envelope import RATE, mean_peak_height, published_envelope
@@ -23,28 +23,7 @@ from sim.units import PASCAL_PER_CMH2O
 
 Floats = NDArray[np.float64]
 
-COLUMNS = ("subject", "audio", "pressure")
 UNITS = {"pressure_cmh2o": PASCAL_PER_CMH2O, "pressure_pa": 1.0, "pressure_kpa": 1000.0}
-
-
-def calibration_files(table: Path) -> list[tuple[str, Path, Path]]:
-    """Subject, sound and pressure file of each row of a calibration table."""
-    try:
-        lines = table.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{table}: cannot be read as UTF-8 text. Save it so.") from error
-    filled = (line for line in lines if line.strip() and not line.startswith("#"))
-    rows = list(csv.DictReader(filled, delimiter="\t"))
-    if not rows or any(column not in rows[0] for column in COLUMNS):
-        raise InputError(
-            f"{table}: calibration: needs tab-separated columns {', '.join(COLUMNS)} and a row a"
-            " subject. Mend the table."
-        )
-    for row in rows:
-        if not all(row.get(column) for column in COLUMNS):
-            raise InputError(f"{table}: subject {row['subject']}: a cell is empty. Fill it in.")
-    folder = table.parent
-    return [(row["subject"], folder / row["audio"], folder / row["pressure"]) for row in rows]
 
 
 def read_calibration(

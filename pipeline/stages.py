@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline import records
+from pipeline import records, sound_stages
 from pipeline.job import Job
 from pipeline.report_tables import main_error
 from pipeline.run import Content, Stage
@@ -20,24 +17,6 @@ if TYPE_CHECKING:
     from pipeline.markers import MarkerRecording
     from pipeline.model import Bend, TorsoModel
     from pipeline.signature import BreathSignature
-
-
-def _seconds(text: str) -> float | None:
-    return float(text) if text else None
-
-
-def _cell(value: Any) -> Any:
-    """Return what a table shows: nothing for not-a-number."""
-    return "" if isinstance(value, float) and not np.isfinite(value) else value
-
-
-def _write_rows(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    stream = io.StringIO()
-    if rows:
-        writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
-    records.write_text(path, stream.getvalue())
 
 
 def markers(job: Job, folder: Path, processes: int) -> Content:
@@ -50,8 +29,8 @@ def markers(job: Job, folder: Path, processes: int) -> Content:
         job.section("markers"),
         name=job.name,
         posture=job.subject["posture"],
-        start_s=_seconds(job.recording["start_s"]),
-        end_s=_seconds(job.recording["end_s"]),
+        start_s=records.seconds_or_none(job.recording["start_s"]),
+        end_s=records.seconds_or_none(job.recording["end_s"]),
         marker_map=Path(job.markers) if job.markers else None,
     )
     records.save(recording, folder / "markers.npz")
@@ -86,7 +65,7 @@ def signature(job: Job, folder: Path, processes: int) -> Content:
     recording = _recording(folder)
     found = breath_signature(recording, job.section("signature"))
     records.save(found, folder / "signature.npz")
-    _write_rows(folder / "cycles.csv", _cycle_rows(found))
+    records.write_rows(folder / "cycles.csv", _cycle_rows(found))
     drawing = cycles_svg(
         signal=found.breathing_signal,
         rate=found.rate,
@@ -163,7 +142,7 @@ def fit(job: Job, folder: Path, processes: int) -> Content:
     recording, found = _recording(folder), _signature(folder)
     result = fit_breath(recording, found, model, job.section("fit"), job.seed)
     records.save(result, folder / "fit.npz")
-    _write_rows(folder / "errors.csv", result.errors)
+    records.write_rows(folder / "errors.csv", result.errors)
     _draw_fit(folder, recording, found, result)
     figures = _keep_breath(job, folder, result, model)
     main = main_error(result.errors)
@@ -271,7 +250,7 @@ def posterior(job: Job, folder: Path, processes: int) -> Content:
         job.seed,
     )
     write_netcdf(found, folder / "posterior.nc")
-    _write_rows(folder / "activations.csv", found.activations)
+    records.write_rows(folder / "activations.csv", found.activations)
     draws = found.draws.reshape(-1, len(found.groups))
     if len(draws):
         drawing = posterior_svg(draws=draws, best=result.levels, groups=found.groups)
@@ -303,4 +282,5 @@ STAGES: dict[str, Stage] = {
     "signature": signature,
     "fit": fit,
     "posterior": posterior,
+    **sound_stages.STAGES,
 }

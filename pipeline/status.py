@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import places
-from pipeline.job import STAGES, Job
+from pipeline.job import BREATH, CHAINS, Job, chain_of
 from pipeline.records import read_json, write_json
 
 OK, UNUSABLE, FAILED = "ok", "unusable", "failed"
-RECORDS = tuple(stage for stage in STAGES if stage != "report")
+RECORDS = chain_of(BREATH)
+EVERY_RECORD = tuple(stage for chain in CHAINS.values() for stage in chain)
 
 
 def provenance(job: Job, seconds: float) -> dict[str, Any]:
@@ -72,7 +73,7 @@ def forget_failures(results: Path, names: Sequence[str]) -> None:
     names : the recordings to look at
     """
     for name in names:
-        for stage in RECORDS:
+        for stage in EVERY_RECORD:
             path = results / name / f"{stage}.json"
             if path.exists() and read_json(path)["status"] == FAILED:
                 path.unlink()

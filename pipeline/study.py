@@ -14,6 +14,7 @@ from pipeline.configuration import nearest, read_yaml
 from sim.errors import InputError
 
 SCHEMAS = Path(__file__).parent / "schemas"
+LAUGH = "laugh"
 RESERVED = ("all", "error_table", "group", "papers", "physiology", "README")
 NAME = re.compile(r"\w[\w.-]*")
 
@@ -53,6 +54,14 @@ class Study:
     def names(self) -> tuple[str, ...]:
         """Names that a report can be written under, each once."""
         return tuple(dict.fromkeys(e.name for e in self.entries if e.reportable))
+
+    def names_of(self, kind: str) -> tuple[str, ...]:
+        """Return those names whose row is of a kind; a row of no known kind counts as a breath."""
+        return tuple(
+            name
+            for name in self.names
+            if (self.entry(name).recording["kind"] == LAUGH) == (kind == LAUGH)
+        )
 
     def entry(self, name: str) -> Entry:
         """Return the row called `name`; of rows that share a name, the first."""

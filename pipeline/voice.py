@@ -17,7 +17,9 @@ WINDOW, HOP = 256, 40
 """Samples: 32 ms every 5 ms."""
 PITCH = (70.0, 1100.0)
 """Hz; laughter reaches far above speech (Bachorowski 2001)."""
-N_BANDS = 18
+N_BANDS, PER_BAND = 6, 3
+"""Six bands of three mel steps: as wide as the pitch of a laugh is high, so that a harmonic that
+moves does not jump from band to band."""
 BAND_EDGES = (150.0, 3800.0)
 BLOCK = 4096
 FLOOR = 1e-12
@@ -93,10 +95,11 @@ def _measure(windows: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     shape = signal.windows.hann(WINDOW, sym=False)
     shaped = (windows - windows.mean(axis=1, keepdims=True)) * shape
     spectrum = np.abs(np.fft.rfft(shaped, 2 * WINDOW, axis=1)) ** 2
-    frequency = np.fft.rfftfreq(2 * WINDOW, 1.0 / RATE)
+    frequency = np.arange(WINDOW + 1) * RATE / (2 * WINDOW)
     power = spectrum.sum(axis=1)
     level = 10 * np.log10((shaped**2).sum(axis=1) / (shape**2).sum() + FLOOR)
-    bands = 10 * np.log10(spectrum @ _band_weights(frequency).T + FLOOR)
+    in_bands = (spectrum @ _band_weights(frequency).T).reshape(len(windows), N_BANDS, PER_BAND)
+    bands = 10 * np.log10(in_bands.mean(axis=2) + FLOOR)
     high = spectrum[:, frequency > 1500.0].sum(axis=1)
     tilt = 10 * np.log10((high + FLOOR) / (power - high + FLOOR))
     periodicity, pitch = _autocorrelation_peak(spectrum, shape)
@@ -120,12 +123,17 @@ def _autocorrelation_peak(spectrum: Floats, shape: Floats) -> tuple[Floats, Floa
     best = scored.argmax(axis=1)
     rows = np.arange(len(spectrum))
     periodicity = np.clip(np.where(scored[rows, best] > 0, inner[rows, best], 0.0), 0.0, 1.0)
-    return periodicity, RATE / (best + shortest)
+    # the top of a parabola through three lags: at 8 kHz a whole lag is up to a semitone
+    at = best + shortest
+    before, top, after = ratio[rows, at - 1], ratio[rows, at], ratio[rows, at + 1]
+    bend = before - 2 * top + after
+    shift = np.where(bend < -FLOOR, 0.5 * (before - after) / np.minimum(bend, -FLOOR), 0.0)
+    return periodicity, RATE / (at + np.clip(shift, -0.5, 0.5))
 
 
 def _band_weights(frequency: Floats) -> Floats:
-    """Triangular bands, (N_BANDS, n_frequencies)."""
-    edges = _from_mel(np.linspace(_mel(BAND_EDGES[0]), _mel(BAND_EDGES[1]), N_BANDS + 2))
+    """Triangular bands, (N_BANDS * PER_BAND, n_frequencies)."""
+    edges = _from_mel(np.linspace(_mel(BAND_EDGES[0]), _mel(BAND_EDGES[1]), N_BANDS * PER_BAND + 2))
     rise = (frequency - edges[:-2, None]) / (edges[1:-1] - edges[:-2])[:, None]
     fall = (edges[2:, None] - frequency) / (edges[2:] - edges[1:-1])[:, None]
     return np.maximum(0.0, np.minimum(rise, fall))

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from pipeline import configuration
+from pipeline import calls_file, configuration
+from pipeline.calibration_table import calibration_parts
 from pipeline.configuration import STUDY_FILE, nearest_words
-from pipeline.job import make_job
+from pipeline.job import LAUGH, chain_of, make_job
 from pipeline.study import Entry, Study, read_study
 from sim.errors import InputError
 
@@ -34,14 +35,23 @@ class Plan:
 
     def job(self, name: str, stage: str) -> str:
         """Return the job of a rule as text."""
-        return make_job(self.study.entry(name), stage, self.config).text
+        edit = calls_file.edit_digest(RESULTS / name) if stage == "calls" else ""
+        return make_job(self.study.entry(name), stage, self.config, edit).text
+
+    def records(self, name: str) -> list[str]:
+        """Return the records that the report of a row is made from."""
+        stages = chain_of(self.study.entry(name).recording["kind"])
+        return [f"{RESULTS}/{name}/{stage}.json" for stage in stages]
 
     def files(self, name: str) -> list[str]:
         """Return the files a row reads; none for a row that cannot be used."""
         entry = self.study.entry(name)
         if entry.problem:
             return []
-        return [str(entry.file), *([str(entry.markers)] if entry.markers else [])]
+        more = [str(entry.markers)] if entry.markers else []
+        if entry.markers and entry.recording["kind"] == LAUGH:
+            more += calibration_parts(entry.markers)
+        return [str(entry.file), *more]
 
     @property
     def papers(self) -> str:

@@ -56,12 +56,51 @@ rule posterior:
         " --job {params.job:q} 2> {log:q}"
 
 
+# A laugh goes another way: its sound becomes pressure, then calls.
+rule audio:
+    input:
+        lambda w: plan.files(w.name)[:1],
+    output:
+        "results/{name}/audio.json",
+    log:
+        "logs/{name}/audio.log",
+    params:
+        job=lambda w: plan.job(w.name, "audio"),
+    shell:
+        "pleura audio {wildcards.name:q} --keep-going --job {params.job:q} 2> {log:q}"
+
+
+rule pressure:
+    input:
+        "results/{name}/audio.json",
+        lambda w: plan.files(w.name)[1:],
+    output:
+        "results/{name}/pressure.json",
+    log:
+        "logs/{name}/pressure.log",
+    params:
+        job=lambda w: plan.job(w.name, "pressure"),
+    shell:
+        "pleura pressure {wildcards.name:q} --keep-going --job {params.job:q} 2> {log:q}"
+
+
+# calls.csv is no output: a person may edit it, and Snakemake deletes outputs before a run.
+rule calls:
+    input:
+        "results/{name}/pressure.json",
+    output:
+        "results/{name}/calls.json",
+    log:
+        "logs/{name}/calls.log",
+    params:
+        job=lambda w: plan.job(w.name, "calls"),
+    shell:
+        "pleura calls {wildcards.name:q} --keep-going --job {params.job:q} 2> {log:q}"
+
+
 rule report:
     input:
-        expand(
-            "results/{{name}}/{stage}.json",
-            stage=["markers", "signature", "fit", "posterior"],
-        ),
+        lambda w: plan.records(w.name),
     output:
         "reports/{name}.html",
     log:

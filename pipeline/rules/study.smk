@@ -1,14 +1,14 @@
 # Pages over all recordings of the study.
 rule error_table:
     input:
-        expand("results/{name}/posterior.json", name=plan.study.names),
+        expand("results/{name}/posterior.json", name=plan.study.names_of("breath")),
     output:
         "reports/error_table.csv",
         "reports/error_table.html",
     log:
         "logs/error_table.log",
     params:
-        names=plan.study.names,
+        names=plan.study.names_of("breath"),
         problems="\n".join(plan.lost),
         version=places.version(),
     shell:
@@ -17,13 +17,13 @@ rule error_table:
 
 rule group:
     input:
-        expand("results/{name}/posterior.json", name=plan.study.names),
+        expand("results/{name}/posterior.json", name=plan.study.names_of("breath")),
     output:
         "reports/group.html",
     log:
         "logs/group.log",
     params:
-        names=plan.study.names,
+        names=plan.study.names_of("breath"),
         problems="\n".join(plan.lost),
         version=places.version(),
     shell:

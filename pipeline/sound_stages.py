@@ -1,0 +1,275 @@
+"""The stages of a laugh joined to their files: audio, pressure, calls."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipeline import calls_file, records
+from pipeline.job import Job
+from pipeline.records import seconds_or_none, write_rows
+from pipeline.run import Content, Stage
+from sim.errors import InputError
+from sim.units import PASCAL_PER_CMH2O
+
+if TYPE_CHECKING:
+    from pipeline.audio import Sound
+    from pipeline.calls import Candidates
+    from pipeline.calls_file import Call
+    from pipeline.laughter import Verdict
+    from pipeline.pressure import PressureCurve
+    from pipeline.pressure_map import PressureMap
+    from pipeline.settings import CallSettings
+    from pipeline.voice import Frames
+
+MUDDY_DB = 8.0
+
+
+def audio(job: Job, folder: Path, processes: int) -> Content:
+    """Read the sound, and tell which kind it is."""
+    from pipeline.audio import read_sound
+    from pipeline.calls import call_envelope, find_calls
+    from pipeline.sound_kind import kind_measures, tell_kind
+    from pipeline.voice import frame_measures
+
+    sound = read_sound(
+        Path(job.file),
+        job.section("audio"),
+        start_s=seconds_or_none(job.recording["start_s"]),
+        end_s=seconds_or_none(job.recording["end_s"]),
+    )
+    records.save(sound, folder / "audio.npz")
+    frames, settings = frame_measures(sound.samples, sound.rate), job.section("calls")
+    found = find_calls(call_envelope(sound, settings), frames, settings)
+    kind = tell_kind(kind_measures(found, frames))
+    quality = sound.quality
+    return {
+        "summary": f"{quality['duration_s']:.1f} s at {quality['rate_hz']:g} Hz, {kind.sentence}",
+        "kind": kind.kind,
+        "kind_confidence": kind.confidence,
+        "kind_of_each": kind.of_each,
+        "quality": quality,
+        "warnings": sound.warnings,
+    }
+
+
+def pressure(job: Job, folder: Path, processes: int) -> Content:
+    """Turn loudness into lung pressure."""
+    from pipeline.pressure import pressure_curve
+
+    sound, settings = _sound(folder), job.section("pressure")
+    stronger = job.section("calls").stronger
+    form, figures, notes = _map(job, stronger)
+    curve = pressure_curve(sound, form, settings, stronger=stronger)
+    records.save(curve, folder / "pressure.npz")
+    write_rows(folder / "pressure.csv", _pressure_rows(curve, settings.table_rate_hz))
+    top = float(curve.pressure.max()) / PASCAL_PER_CMH2O
+    word = "calibrated" if curve.calibrated else "relative, scale assumed"
+    return {
+        "summary": f"up to {top:.0f} cmH2O ({word})",
+        "calibrated": curve.calibrated,
+        "map": form.form,
+        "offset": form.offset,
+        "slope": form.slope,
+        "exponent": form.exponent,
+        "mean_peak_cmh2o": curve.mean_peak / PASCAL_PER_CMH2O,
+        "mean_peak_log_sd": form.scale_log_sd,
+        "highest_cmh2o": top,
+        "probability": settings.probability,
+        "calibration": figures,
+        "notes": notes,
+    }
+
+
+def _map(job: Job, stronger: bool) -> tuple[PressureMap, dict[str, Any], list[str]]:
+    """Return the map from loudness to pressure, figures of its calibration, and what to say."""
+    from pipeline.pressure_map import assumed_map, fit_map
+    from pipeline.sound_calibration import calibration_figures, read_calibration
+
+    settings = job.section("pressure")
+    if not job.markers:
+        form = assumed_map(settings.map, job.subject["sex"])
+        note = (
+            "no calibration recording: the pressure is relative, its scale in cmH2O (a mean peak of"
+            f" {form.scale / PASCAL_PER_CMH2O:.1f}) an assumption"
+        )
+        return form, {}, [note]
+    subjects = read_calibration(
+        Path(job.markers), job.section("audio"), settings, stronger=stronger
+    )
+    form = fit_map(subjects, settings.map)
+    return form, calibration_figures(subjects, form, settings, job.seed), []
+
+
+def _pressure_rows(curve: PressureCurve, rate: float) -> list[dict[str, str]]:
+    step = max(1, round(curve.rate / rate))
+    word = calls_file.YES if curve.calibrated else calls_file.NO
+    values = [v[::step] / PASCAL_PER_CMH2O for v in (curve.pressure, curve.low, curve.high)]
+    return [
+        {
+            "time_s": f"{t:.3f}",
+            "pressure_cmh2o": f"{p:.2f}",
+            "low": f"{low:.2f}",
+            "high": f"{high:.2f}",
+            "calibrated": word,
+        }
+        for t, p, low, high in zip(curve.time[::step], *values, strict=True)
+    ]
+
+
+def calls(job: Job, folder: Path, processes: int) -> Content:
+    """Find calls and bouts, say what is no laughter, or respect what a person made of it."""
+    from pipeline.calls import call_envelope, find_breaths, find_calls
+    from pipeline.laughter import judge
+    from pipeline.voice import frame_measures
+
+    sound, settings = _sound(folder), job.section("calls")
+    frames = frame_measures(sound.samples, sound.rate)
+    envelope = call_envelope(sound, settings)
+    found = find_calls(envelope, frames, settings)
+    verdicts = judge(found, frames, settings)
+    laughing = np.isin(found.bout, [one.bout for one in verdicts if one.laughter])
+    edited = calls_file.is_edited(folder)
+    listed = _listed(found, verdicts, sound.start)
+    if edited:
+        listed = _completed(calls_file.read_calls(folder / calls_file.TABLE), sound, envelope)
+    breaths = [(a + sound.start, b + sound.start) for a, b in find_breaths(found, laughing, frames)]
+    calls_file.write_calls(folder / calls_file.FOUND, _listed(found, verdicts, sound.start))
+    if not edited:
+        calls_file.write_calls(folder / calls_file.TABLE, listed)
+    calls_file.write_text_grid(
+        folder / calls_file.GRID, listed, breaths, sound.start, sound.start + sound.duration
+    )
+    _draw(folder, sound, frames, listed, breaths)
+    kept = [one for one in listed if one.kept]
+    bouts = len({one.bout for one in kept})
+    why = "" if kept else _why_no_laugh(verdicts)
+    summary = f"{len(kept)} calls in {bouts} bouts" if kept else f"no laugh found: {why}"
+    return {
+        "summary": summary + (", calls.csv edited by hand" if edited else ""),
+        "n_calls": len(kept),
+        "n_bouts": bouts,
+        "n_voiced": sum(one.voiced for one in kept),
+        "calls_per_s": _rate(kept),
+        "edited": edited,
+        "laughter": bool(kept),
+        "why_no_laugh": why,
+        "inhalations_s": [[round(a, 3), round(b, 3)] for a, b in breaths],
+        "valley_depth_db": found.depth,
+        "bouts": [asdict(one) for one in verdicts],
+        "warnings": _warnings(found, settings, why, edited),
+    }
+
+
+def _listed(found: Candidates, verdicts: Sequence[Verdict], start: float) -> list[Call]:
+    of = {one.bout: one for one in verdicts}
+    return [
+        calls_file.Call(
+            call=i + 1,
+            start=start + float(found.start[i]),
+            peak_time=start + float(found.peak[i]),
+            end=start + float(found.end[i]),
+            peak=float(found.height[i]),
+            bout=int(found.bout[i]),
+            voiced=bool(found.voiced[i]),
+            kept=of[int(found.bout[i])].laughter,
+            why_not=of[int(found.bout[i])].why_not,
+        )
+        for i in range(len(found.peak))
+    ]
+
+
+def _completed(listed: list[Call], sound: Sound, envelope: np.ndarray[Any, Any]) -> list[Call]:
+    """Fill in what a person left empty: the peak, its height, the bout of the call before."""
+    from pipeline.envelope import RATE, mean_peak_height
+
+    out: list[Call] = []
+    top, last = mean_peak_height(envelope), sound.start + sound.duration
+    for one in listed:
+        if one.start < sound.start - 1e-3 or one.end > last + 1e-3:
+            raise InputError(
+                f"{calls_file.TABLE}: call {one.call}: lies outside the sound, which runs from"
+                f" {sound.start:.2f} to {last:.2f} s. Correct it."
+            )
+        first = round((one.start - sound.start) * RATE)
+        piece = envelope[first : max(first + 1, round((one.end - sound.start) * RATE))]
+        at = one.peak_time
+        if not np.isfinite(at):
+            at = one.start + float(piece.argmax()) / RATE
+        height = one.peak if np.isfinite(one.peak) else float(piece.max()) / top
+        bout = one.bout or (out[-1].bout if out else 1)
+        out.append(replace(one, peak_time=at, peak=height, bout=bout))
+    return out
+
+
+def _rate(kept: Sequence[Call]) -> float:
+    steps = [b.peak_time - a.peak_time for a, b in pairwise(kept) if a.bout == b.bout]
+    return 1.0 / float(np.median(steps)) if steps else float("nan")
+
+
+def _why_no_laugh(verdicts: Sequence[Verdict]) -> str:
+    """Return the reason of the bout that came nearest: the one with most voiced calls."""
+    if not verdicts:
+        return "no peak of loudness stands out"
+    return max(verdicts, key=lambda one: (one.voiced, one.calls)).why_not
+
+
+def _warnings(found: Candidates, settings: CallSettings, why: str, edited: bool) -> list[str]:
+    out = []
+    if why:
+        out.append(f"no laugh found: {why}")
+    if edited:
+        out.append("calls.csv was edited by hand and is respected; delete it to have it made anew")
+    if found.depth < MUDDY_DB and not settings.stronger:
+        out.append(
+            f"muddy: the valleys between calls are only {found.depth:.0f} dB deep; try the setting"
+            " calls.stronger: true"
+        )
+    return out
+
+
+def _draw(
+    folder: Path,
+    sound: Sound,
+    frames: Frames,
+    listed: Sequence[Call],
+    breaths: Sequence[tuple[float, float]],
+) -> None:
+    from pipeline.draw.sound import calls_svg, spectrogram_svg
+    from pipeline.pressure import PressureCurve
+
+    curve = records.load(PressureCurve, folder / "pressure.npz")
+    drawing = calls_svg(
+        samples=sound.samples,
+        rate=sound.rate,
+        start=sound.start,
+        time=curve.time,
+        pressure=curve.pressure / PASCAL_PER_CMH2O,
+        low=curve.low / PASCAL_PER_CMH2O,
+        high=curve.high / PASCAL_PER_CMH2O,
+        calibrated=bool(curve.calibrated),
+        spans=[(one.start, one.peak_time, one.end) for one in listed],
+        kept=[one.kept for one in listed],
+        voiced=[one.voiced for one in listed],
+        bout=[one.bout for one in listed],
+        breaths=breaths,
+    )
+    records.write_text(folder / "calls.svg", drawing)
+    records.write_text(
+        folder / "spectrogram.svg",
+        spectrogram_svg(samples=sound.samples, rate=sound.rate, start=sound.start),
+    )
+
+
+def _sound(folder: Path) -> Sound:
+    from pipeline.audio import Sound
+
+    return records.load(Sound, folder / "audio.npz")
+
+
+STAGES: dict[str, Stage] = {"audio": audio, "pressure": pressure, "calls": calls}
