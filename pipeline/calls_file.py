@@ -33,7 +33,7 @@ class Call:
 
     Parameters
     ----------
-    call : number, from 1; bout : number, from 1, 0 where a person left it empty
+    call : number, from 1; bout : number, from 1, 0 for those left out
     start, peak_time, end : s in the file's time; peak_time is nan where a person left it empty
     peak : height over the mean peak height; nan likewise
     voiced, kept : whether it has a voice, whether it is used
@@ -60,7 +60,7 @@ def as_rows(calls: Sequence[Call]) -> list[dict[str, str]]:
             "peak_s": f"{one.peak_time:.3f}",
             "end_s": f"{one.end:.3f}",
             "peak": f"{one.peak:.3f}",
-            "bout": str(one.bout),
+            "bout": str(one.bout or ""),
             "voiced": YES if one.voiced else NO,
             "kept": YES if one.kept else NO,
             "why_not": one.why_not,

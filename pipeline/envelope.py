@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 from scipy import ndimage, signal
 
 Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 RATE = 1000.0
 """Hz of every envelope and pressure."""
 FLOOR_WINDOW = 0.4
 """s; a reverberant floor is what stays under the calls for two periods of laughter."""
+VALLEY_WINDOW = 0.35
+"""s; quiet shorter than this is a valley within a bout."""
 PEAK_SHARE = 0.1
 """A peak stands out by this share of the highest, or it is none."""
 
@@ -74,10 +75,24 @@ def mean_peak_height(curve: Floats) -> float:
     return float(curve[peaks].mean()) if len(peaks) else top
 
 
-def active(envelope: Floats, mean_peak: float, share: float, hold: float) -> Bools:
-    """Where there is sound: within `hold` (s) of a level over `share` of the mean peak."""
+def presence(envelope: Floats, mean_peak: float, share: float, fade: float) -> Floats:
+    """How much there is sound, 0 to 1: 1 within a bout, its valleys included, with soft edges.
+
+    Parameters
+    ----------
+    envelope, mean_peak : in the same unit
+    share : of the mean peak from which on there is sound
+    fade : s, length of an edge
+    """
     loud = envelope > max(share * mean_peak, 2.0 * float(np.percentile(envelope, 5)))
     if not loud.any():
         loud = envelope > share * mean_peak
-    width = 2 * round(hold * RATE) + 1
-    return np.asarray(ndimage.binary_dilation(loud, np.ones(width, dtype=np.bool_)), dtype=np.bool_)
+    reach = round(VALLEY_WINDOW * RATE)
+    padded = np.pad(loud, reach)
+    whole = ndimage.binary_closing(padded, np.ones(2 * (reach // 2) + 1, dtype=np.bool_))
+    half = max(1, round(fade * RATE))
+    window = signal.windows.hann(2 * half + 1, sym=True)
+    # widened by half a fade, so that a bout's first rise is inside
+    wide = ndimage.binary_dilation(whole, np.ones(2 * (half // 2) + 1, dtype=np.bool_))
+    soft = np.convolve(wide, window / window.sum(), "same")[reach:-reach]
+    return np.asarray(np.clip(soft, 0.0, 1.0), dtype=np.float64)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.audio import Sound
-from pipeline.envelope import RATE, active, mean_peak_height, published_envelope, without_floor
+from pipeline.envelope import RATE, mean_peak_height, presence, published_envelope, without_floor
 from pipeline.pressure_map import PressureMap
 from pipeline.settings import PressureSettings
 
@@ -29,6 +29,7 @@ class PressureCurve:
     rate : Hz
     calibrated : whether a person's sound and pressure were measured together
     mean_peak : Pa, the scale that the curve was given
+    probability : of the interval
     """
 
     time: Floats
@@ -40,10 +41,11 @@ class PressureCurve:
     rate: float
     calibrated: bool
     mean_peak: float
+    probability: float
 
 
-def loudness(sound: Sound, settings: PressureSettings, *, stronger: bool) -> tuple[Floats, Bools]:
-    """Loudness over its mean peak height at RATE, and where there is sound.
+def loudness(sound: Sound, settings: PressureSettings, *, stronger: bool) -> tuple[Floats, Floats]:
+    """Loudness over its mean peak height at RATE, and how much there is sound, 0 to 1.
 
     Parameters
     ----------
@@ -55,8 +57,8 @@ def loudness(sound: Sound, settings: PressureSettings, *, stronger: bool) -> tup
     if stronger:
         envelope = without_floor(envelope)
     top = max(mean_peak_height(envelope), 1e-30)
-    where = active(envelope, top, settings.active_share, settings.active_hold_s)
-    return envelope / top, where
+    there = presence(envelope, top, settings.active_share, settings.fade_s)
+    return envelope / top, there
 
 
 def pressure_curve(
@@ -71,11 +73,12 @@ def pressure_curve(
     settings : section `pressure`
     stronger : as setting `calls.stronger`
     """
-    level, where = loudness(sound, settings, stronger=stronger)
-    pressure = np.where(where, form.scale * form.shape(level), 0.0)
+    level, there = loudness(sound, settings, stronger=stronger)
+    pressure = there * form.scale * form.shape(level)
     low, high = form.band(level, settings.probability)
     quiet_low, quiet_high = form.quiet_band(settings.probability)
-    low, high = np.where(where, low, quiet_low), np.where(where, high, quiet_high)
+    low = there * low + (1.0 - there) * quiet_low
+    high = there * high + (1.0 - there) * quiet_high
     factor = settings.intensity
     return PressureCurve(
         time=sound.start + np.arange(len(level)) / RATE,
@@ -83,8 +86,9 @@ def pressure_curve(
         low=factor * np.minimum(low, pressure),
         high=factor * np.maximum(high, pressure),
         loudness=level,
-        active=where,
+        active=there >= 0.5,
         rate=RATE,
         calibrated=form.n_subjects > 0,
         mean_peak=factor * form.scale,
+        probability=settings.probability,
     )

@@ -162,7 +162,7 @@ class PressureSettings:
     map : "linear" as published, or "power"
     intensity : factor on the pressure, to exaggerate or tone down
     active_share : sound over this share of the mean peak belongs to a laugh
-    active_hold_s : and so does what is so near to it
+    fade_s : in which the pressure of a bout comes from nothing and goes there
     probability : of every interval
     block_s : samples that the bootstrap draws together
     n_bootstrap : draws of the bootstrap
@@ -174,7 +174,7 @@ class PressureSettings:
     map: str
     intensity: float
     active_share: float
-    active_hold_s: float
+    fade_s: float
     probability: float
     block_s: float
     n_bootstrap: int

@@ -54,7 +54,7 @@ def calibrated_subject(
 ) -> CalibratedSubject:
     """Bring one person's sound and pressure to the same times and to their mean peaks."""
     sound = read_sound(sound_file, audio)
-    level, where = loudness(sound, settings, stronger=stronger)
+    level, there = loudness(sound, settings, stronger=stronger)
     times, values = _read_pressure(pressure_file)
     grid = np.arange(len(level)) / RATE
     if times[0] > grid[-1] or times[-1] < 0.8 * grid[-1]:
@@ -62,7 +62,7 @@ def calibrated_subject(
             f"{pressure_file}: pressure: runs from {times[0]:.2f} to {times[-1]:.2f} s, its sound"
             f" lasts {grid[-1]:.2f} s. Both must begin together and cover the same time."
         )
-    return normalised_subject(name, level, where, np.interp(grid, times, values), settings)
+    return normalised_subject(name, level, there >= 0.5, np.interp(grid, times, values), settings)
 
 
 def normalised_subject(

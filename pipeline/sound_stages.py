@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from pipeline.pressure import PressureCurve
     from pipeline.pressure_map import PressureMap
     from pipeline.settings import CallSettings
-    from pipeline.voice import Frames
 
 MUDDY_DB = 8.0
 
@@ -135,17 +134,18 @@ def calls(job: Job, folder: Path, processes: int) -> Content:
     verdicts = judge(found, frames, settings)
     laughing = np.isin(found.bout, [one.bout for one in verdicts if one.laughter])
     edited = calls_file.is_edited(folder)
-    listed = _listed(found, verdicts, sound.start)
+    breaths = [(a + sound.start, b + sound.start) for a, b in find_breaths(found, laughing, frames)]
+    automatic = _listed(found, verdicts, sound.start, breaths)
+    listed = automatic
     if edited:
         listed = _completed(calls_file.read_calls(folder / calls_file.TABLE), sound, envelope)
-    breaths = [(a + sound.start, b + sound.start) for a, b in find_breaths(found, laughing, frames)]
-    calls_file.write_calls(folder / calls_file.FOUND, _listed(found, verdicts, sound.start))
+    calls_file.write_calls(folder / calls_file.FOUND, automatic)
     if not edited:
         calls_file.write_calls(folder / calls_file.TABLE, listed)
     calls_file.write_text_grid(
         folder / calls_file.GRID, listed, breaths, sound.start, sound.start + sound.duration
     )
-    _draw(folder, sound, frames, listed, breaths)
+    _draw(folder, sound, listed, breaths)
     kept = [one for one in listed if one.kept]
     bouts = len({one.bout for one in kept})
     why = "" if kept else _why_no_laugh(verdicts)
@@ -161,26 +161,57 @@ def calls(job: Job, folder: Path, processes: int) -> Content:
         "why_no_laugh": why,
         "inhalations_s": [[round(a, 3), round(b, 3)] for a, b in breaths],
         "valley_depth_db": found.depth,
-        "bouts": [asdict(one) for one in verdicts],
+        "bouts": _judged(found, verdicts, sound.start),
         "warnings": _warnings(found, settings, why, edited),
     }
 
 
-def _listed(found: Candidates, verdicts: Sequence[Verdict], start: float) -> list[Call]:
-    of = {one.bout: one for one in verdicts}
-    return [
-        calls_file.Call(
-            call=i + 1,
-            start=start + float(found.start[i]),
-            peak_time=start + float(found.peak[i]),
-            end=start + float(found.end[i]),
-            peak=float(found.height[i]),
-            bout=int(found.bout[i]),
-            voiced=bool(found.voiced[i]),
-            kept=of[int(found.bout[i])].laughter,
-            why_not=of[int(found.bout[i])].why_not,
+def _numbers(verdicts: Sequence[Verdict]) -> dict[int, int]:
+    """Number of each bout of peaks among the bouts of laughter; 0 for what is none."""
+    laughs = [one.bout for one in verdicts if one.laughter]
+    return {one.bout: laughs.index(one.bout) + 1 if one.laughter else 0 for one in verdicts}
+
+
+def _listed(
+    found: Candidates,
+    verdicts: Sequence[Verdict],
+    start: float,
+    breaths: Sequence[tuple[float, float]],
+) -> list[Call]:
+    of, numbers = {one.bout: one for one in verdicts}, _numbers(verdicts)
+    out = []
+    for i, peak in enumerate(start + found.peak):
+        verdict = of[int(found.bout[i])]
+        why_not = verdict.why_not
+        if not verdict.laughter and any(a <= peak <= b for a, b in breaths):
+            why_not = "a breath in between bouts"
+        out.append(
+            calls_file.Call(
+                call=i + 1,
+                start=start + float(found.start[i]),
+                peak_time=float(peak),
+                end=start + float(found.end[i]),
+                peak=float(found.height[i]),
+                bout=numbers[verdict.bout],
+                voiced=bool(found.voiced[i]),
+                kept=verdict.laughter,
+                why_not=why_not,
+            )
         )
-        for i in range(len(found.peak))
+    return out
+
+
+def _judged(found: Candidates, verdicts: Sequence[Verdict], start: float) -> list[dict[str, Any]]:
+    """Every bout of peaks with its verdict, for the record."""
+    numbers = _numbers(verdicts)
+    return [
+        {
+            **asdict(one),
+            "bout": numbers[one.bout],
+            "start_s": round(start + float(found.start[found.of_bout(one.bout)].min()), 3),
+            "end_s": round(start + float(found.end[found.of_bout(one.bout)].max()), 3),
+        }
+        for one in verdicts
     ]
 
 
@@ -202,7 +233,7 @@ def _completed(listed: list[Call], sound: Sound, envelope: np.ndarray[Any, Any])
         if not np.isfinite(at):
             at = one.start + float(piece.argmax()) / RATE
         height = one.peak if np.isfinite(one.peak) else float(piece.max()) / top
-        bout = one.bout or (out[-1].bout if out else 1)
+        bout = one.bout or ((out[-1].bout if out else 0) or 1 if one.kept else 0)
         out.append(replace(one, peak_time=at, peak=height, bout=bout))
     return out
 
@@ -236,7 +267,6 @@ def _warnings(found: Candidates, settings: CallSettings, why: str, edited: bool)
 def _draw(
     folder: Path,
     sound: Sound,
-    frames: Frames,
     listed: Sequence[Call],
     breaths: Sequence[tuple[float, float]],
 ) -> None:
@@ -253,6 +283,7 @@ def _draw(
         low=curve.low / PASCAL_PER_CMH2O,
         high=curve.high / PASCAL_PER_CMH2O,
         calibrated=bool(curve.calibrated),
+        probability=float(curve.probability),
         spans=[(one.start, one.peak_time, one.end) for one in listed],
         kept=[one.kept for one in listed],
         voiced=[one.voiced for one in listed],

@@ -28,6 +28,7 @@ def calls_svg(
     low: Floats,
     high: Floats,
     calibrated: bool,
+    probability: float,
     spans: Sequence[tuple[float, float, float]],
     kept: Sequence[bool],
     voiced: Sequence[bool],
@@ -40,7 +41,7 @@ def calls_svg(
     ----------
     samples, rate, start : of the sound, Hz, s
     time : s; pressure, low, high : (n,), cmH2O
-    calibrated : whether the scale was measured
+    calibrated : whether the scale was measured; probability : of the interval
     spans : start, peak, end of each call, s; kept, voiced, bout : of each
     breaths : inhalations, s
     """
@@ -48,7 +49,13 @@ def calls_svg(
     _waveform(wave, samples, rate, start)
     shown = slice(None, None, max(1, len(time) // N_CURVE))
     curve.fill_between(
-        time[shown], low[shown], high[shown], color=FAINT, alpha=0.5, lw=0, label="90 % interval"
+        time[shown],
+        low[shown],
+        high[shown],
+        color=FAINT,
+        alpha=0.5,
+        lw=0,
+        label=f"{probability:.0%} interval",
     )
     curve.plot(time[shown], pressure[shown], color=SIMULATED, label="pressure", lw=1.2)
     _calls((wave, curve), spans, kept, voiced, bout)
