@@ -131,8 +131,6 @@ def _read_part(
             _check_length(path, (stop - first) / rate, settings)
             file.seek(first)
             raw = file.read(stop - first, dtype="float64", always_2d=True)
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file. Correct the path.") from None
     except (soundfile.LibsndfileError, OSError, ValueError) as error:
         raise InputError(_unreadable(path, error)) from error
     _check_length(path, raw.shape[0] / rate, settings)
@@ -144,6 +142,8 @@ def _unreadable(path: Path, error: Exception) -> str:
     try:
         with path.open("rb") as file:
             head = file.read(4096)
+    except FileNotFoundError:
+        return f"{path}: there is no such file. Correct the path."
     except OSError as problem:
         return f"{path}: cannot be read ({problem.strerror}). Mend its permissions."
     if not head:

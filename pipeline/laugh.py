@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline import records
-from pipeline.calls_file import TABLE, Call, read_calls
+from pipeline.calls_file import TABLE, Call
 from pipeline.pressure import PressureCurve
 from sim.errors import InputError
 
@@ -53,7 +53,9 @@ def desired_laugh(folder: Path) -> DesiredLaugh:
     """
     curve = records.load(PressureCurve, folder / "pressure.npz")
     record = records.read_json(folder / "calls.json")
-    calls = tuple(one for one in read_calls(folder / TABLE) if one.kept)
+    # as the stage understood the table: what a hand left empty is filled in
+    listed = [Call(**row) for row in record.get("calls", ())]
+    calls = tuple(one for one in listed if one.kept)
     if not calls:
         raise InputError(
             f"{folder.name}: {record.get('why_no_laugh') or 'no call is kept'}. Where it is a laugh"

@@ -10,7 +10,18 @@ from pipeline import report_tables as tables
 from pipeline.job import LAUGH, chain_of
 from pipeline.records import write_text
 
-HEAD = ("status", "stage", "recording", "summary", "reason", "run", "warnings", "notes", "bouts")
+HEAD = (
+    "status",
+    "stage",
+    "recording",
+    "summary",
+    "reason",
+    "run",
+    "warnings",
+    "notes",
+    "bouts",
+    "calls",
+)
 FIGURES = ("calls", "spectrogram")
 
 

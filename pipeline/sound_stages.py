@@ -149,7 +149,8 @@ def calls(job: Job, folder: Path, processes: int) -> Content:
     kept = [one for one in listed if one.kept]
     bouts = len({one.bout for one in kept})
     why = "" if kept else _why_no_laugh(verdicts)
-    summary = f"{len(kept)} calls in {bouts} bouts" if kept else f"no laugh found: {why}"
+    counted = f"{_count(len(kept), 'call')} in {_count(bouts, 'bout')}"
+    summary = counted if kept else f"no laugh found: {why}"
     return {
         "summary": summary + (", calls.csv edited by hand" if edited else ""),
         "n_calls": len(kept),
@@ -159,6 +160,7 @@ def calls(job: Job, folder: Path, processes: int) -> Content:
         "edited": edited,
         "laughter": bool(kept),
         "why_no_laugh": why,
+        "calls": [asdict(one) for one in listed],
         "inhalations_s": [[round(a, 3), round(b, 3)] for a, b in breaths],
         "valley_depth_db": found.depth,
         "bouts": _judged(found, verdicts, sound.start),
@@ -241,6 +243,10 @@ def _completed(listed: list[Call], sound: Sound, envelope: np.ndarray[Any, Any])
 def _rate(kept: Sequence[Call]) -> float:
     steps = [b.peak_time - a.peak_time for a, b in pairwise(kept) if a.bout == b.bout]
     return 1.0 / float(np.median(steps)) if steps else float("nan")
+
+
+def _count(number: int, word: str) -> str:
+    return f"{number} {word}" if number == 1 else f"{number} {word}s"
 
 
 def _why_no_laugh(verdicts: Sequence[Verdict]) -> str:

@@ -16,7 +16,13 @@ import pytest
 import yaml
 
 from pipeline.markers import MarkerRecording, read_recording
-from pipeline.settings import MarkerSettings, SignatureSettings
+from pipeline.settings import (
+    AudioSettings,
+    CallSettings,
+    MarkerSettings,
+    PressureSettings,
+    SignatureSettings,
+)
 
 if TYPE_CHECKING:
     import numpy as np
@@ -60,6 +66,21 @@ def data_samples() -> Path:
 def _section(name: str) -> dict[str, Any]:
     section: dict[str, Any] = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())[name]
     return section
+
+
+@pytest.fixture(scope="session")
+def audio_settings() -> AudioSettings:
+    return AudioSettings(**_section("audio"))
+
+
+@pytest.fixture(scope="session")
+def pressure_settings() -> PressureSettings:
+    return PressureSettings(**_section("pressure"))
+
+
+@pytest.fixture(scope="session")
+def call_settings() -> CallSettings:
+    return CallSettings(**_section("calls"))
 
 
 @pytest.fixture(scope="session")
