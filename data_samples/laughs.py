@@ -50,7 +50,7 @@ class Laugh:
 
     Parameters
     ----------
-    sound : (n,); pressure : (n,), cmH2O; flow : (n,), L/s, out of the body positive
+    sound : (n,); pressure : (n,), cmH2O; flow : (n,), L/s, into the lung positive
     peaks, starts, ends : (n_calls,), s; bout : (n_calls,), from 1
     inhalations : start and end, s
     """
@@ -115,7 +115,7 @@ def draw_laugh(
     return Laugh(
         sound=wet,
         pressure=pressure,
-        flow=pressure / resistance,
+        flow=-pressure / resistance,
         peaks=peaks,
         starts=starts,
         ends=ends,

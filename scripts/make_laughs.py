@@ -58,7 +58,7 @@ def truth(name: str, speaker: Speaker, laugh: Laugh) -> dict:
         "mean_peak_pressure_cmh2o": round(speaker.peak_pressure, 2),
         "gain_db_per_doubling": round(speaker.gain, 2),
         "reverberation_s": round(speaker.reverberation, 2),
-        "expired_l": round(float(np.maximum(laugh.flow, 0).sum() / RATE), 3),
+        "expired_l": round(float(np.maximum(-laugh.flow, 0).sum() / RATE), 3),
         "calls": [
             {
                 "bout": int(b),
