@@ -42,7 +42,7 @@ def audio(job: Job, folder: Path, processes: int) -> Content:
         start_s=seconds_or_none(job.recording["start_s"]),
         end_s=seconds_or_none(job.recording["end_s"]),
     )
-    records.save(sound, folder / "audio.npz")
+    records.save(_as_type(sound, np.float32), folder / "audio.npz")
     frames, settings = frame_measures(sound.samples, sound.rate), job.section("calls")
     found = find_calls(call_envelope(sound, settings), frames, settings)
     kind = tell_kind(kind_measures(found, frames))
@@ -306,7 +306,13 @@ def _draw(
 def _sound(folder: Path) -> Sound:
     from pipeline.audio import Sound
 
-    return records.load(Sound, folder / "audio.npz")
+    return _as_type(records.load(Sound, folder / "audio.npz"), np.float64)
+
+
+def _as_type(sound: Sound, kind: type[np.floating[Any]]) -> Sound:
+    """Return the sound with samples of another type; on disk single precision is plenty."""
+    samples, rectified = sound.samples.astype(kind), sound.rectified.astype(kind)
+    return replace(sound, samples=samples, rectified=rectified)
 
 
 STAGES: dict[str, Stage] = {"audio": audio, "pressure": pressure, "calls": calls}
