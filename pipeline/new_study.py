@@ -38,9 +38,9 @@ README = """\
 2. One row a person in `config/subjects.tsv`: `sex` female or male, `stature_m` in metres and
    `mass_kg` in kilograms (both may be empty: a population value is used and said so), `posture`
    upright or supine.
-3. One row a recording in `config/recordings.tsv`: `kind` is breath or laugh, `path` starts at the folder
-   of the table (`../data/first.c3d`); `start_s` and `end_s` cut it, `markers` names a file that
-   maps labels; these three may be empty.
+3. One row a recording in `config/recordings.tsv`: `kind` is breath or laugh, `path` starts at the
+   folder of the table (`../data/first.c3d`); `start_s` and `end_s` cut it, `markers` names a file
+   that maps labels, or a laugh's calibration table; these three may be empty.
 4. `pleura check`, then `snakemake reports/NAME.html` for one row or `snakemake` for all, with the
    pages `reports/error_table.html` and `reports/group.html`.
 
