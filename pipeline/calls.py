@@ -20,8 +20,8 @@ Bools = NDArray[np.bool_]
 
 NEIGHBOURHOOD = 1.5
 """s on either side in which the loudest peak is sought."""
-RANGE_DB = 45.0
-"""Nothing so far under the loudest of a recording is a call."""
+RANGE_DB = 60.0
+"""Nothing so far under the loudest of a recording is a call; bouts may differ by 40 dB."""
 EDGE = 0.1
 """Share of its height at which the first call of a bout begins and the last ends."""
 FARTHEST_EDGE = 0.25

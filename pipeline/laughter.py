@@ -35,6 +35,8 @@ HELD_PITCH = 0.04
 """Semitones; voices wander by more within a call, the smoothest synthetic one by 0.05."""
 NEVER_STOPS = 0.9
 """Share of a bout that is voiced; in laughs up to 0.8, in tones that follow each other nearly 1."""
+STEADY_PITCH = 0.3
+"""Semitones; in a room a voice never stops either, but its echo makes the pitch jump."""
 FEW_FOR_MACHINE = 5
 ALIKE = 1.5
 DOUBT = 0.25
@@ -231,7 +233,7 @@ def _not_alive(measures: BoutMeasures, calls: int, voiced: int, settings: CallSe
         return "music-like: the intervals are as even as a machine's"
     if voiced >= 3 and measures.pitch_wander < HELD_PITCH:
         return "music-like: every tone holds its pitch"
-    if measures.voiced_share > NEVER_STOPS:
+    if measures.voiced_share > NEVER_STOPS and measures.pitch_wander < STEADY_PITCH:
         return "music-like: the tone never stops"
     return ""
 

@@ -138,3 +138,17 @@ def test_laugh_under_speech_keeps_its_clean_bouts(data_real: Path, targets) -> N
     clean = marked.loc[(marked["kind"] == "voiced") & (marked["peak_s"] > 9.0), "peak_s"]
     good = targets.kept(found, verdicts) & found.voiced & (found.peak > 9.0)
     assert targets.f1(targets.hits(found.peak[good], clean.to_numpy())) >= 0.9
+
+
+def test_a_bout_forty_decibels_down_is_kept(targets, call_settings) -> None:
+    parameters = {**targets.laughs.read_parameters(), "noise_level": -70.0}
+    rng = np.random.default_rng(3)
+    speaker = targets.laughs.draw_speaker(rng, "male", parameters)
+    laugh = targets.laughs.draw_laugh(rng, speaker, (6, 6), parameters)
+    middle = int((laugh.peaks[5] + laugh.peaks[6]) / 2 * RATE)
+    sound = laugh.sound / np.abs(laugh.sound).max()
+    samples = np.r_[sound[:middle] / 100, np.zeros(RATE), sound[middle:]]
+    found, verdicts, _ = judged(samples, call_settings)
+    marked = laugh.peaks + np.r_[np.zeros(6), np.ones(6)]
+    kept = targets.kept(found, verdicts)
+    assert targets.hits(found.peak[kept], marked) == (12, 12, 12)
