@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipeline.status import EVERY_RECORD, first_problem
+from pipeline.status import EVERY_RECORD, belongs, first_problem
 
 # What Snakemake adds after an error it has already told.
 ECHOES = ("Exiting because a job", "At least one job", "RuleException", "CalledProcessError")
@@ -64,7 +64,7 @@ def verdict(names: Sequence[str], problems: Sequence[str], results: Path) -> lis
     lines = list(problems)
     for name in names:
         folder = results / name
-        ran = [stage for stage in EVERY_RECORD if (folder / f"{stage}.json").exists()]
+        ran = [stage for stage in EVERY_RECORD if belongs(folder, stage)]
         record = first_problem(folder, ran)
         if record is not None:
             lines.append(f"{name}: {record['reason']}")

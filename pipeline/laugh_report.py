@@ -14,6 +14,7 @@ HEAD = (
     "status",
     "stage",
     "recording",
+    "recorded",
     "summary",
     "reason",
     "run",

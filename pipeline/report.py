@@ -50,7 +50,7 @@ FIGURES = (
     "ribs",
     "posterior",
 )
-HEAD = ("status", "stage", "recording", "summary", "reason", "run", "warnings", "notes")
+HEAD = ("status", "stage", "recording", "recorded", "summary", "reason", "run", "warnings", "notes")
 SHORT = 0.1
 LIBRARIES = ("numpy", "scipy", "numba", "mujoco", "nlopt", "emcee", "arviz", "ezc3d", "snakemake")
 

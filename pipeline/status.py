@@ -32,14 +32,14 @@ def provenance(job: Job, seconds: float) -> dict[str, Any]:
 
 def write_ok(path: Path, job: Job, content: Mapping[str, Any], seconds: float) -> None:
     """Write the record of a stage that worked."""
-    head = {"status": OK, "stage": job.stage, "recording": job.name}
+    head = {"status": OK, "stage": job.stage, "recording": job.name, "recorded": job.kind}
     write_json(path, {**head, **content, "run": provenance(job, seconds)})
 
 
 def write_unusable(path: Path, job: Job, reason: str, *, stage: str, status: str) -> None:
     """Write the record of a row that cannot be used; `stage` is where it was found."""
     head = {"status": status, "stage": stage, "recording": job.name, "reason": reason}
-    write_json(path, {**head, "run": provenance(job, 0.0)})
+    write_json(path, {**head, "recorded": job.kind, "run": provenance(job, 0.0)})
 
 
 def read_status(folder: Path, stage: str) -> dict[str, Any]:
@@ -50,6 +50,14 @@ def read_status(folder: Path, stage: str) -> dict[str, Any]:
         return {"status": FAILED, "stage": stage, "recording": folder.name, "reason": reason}
     record: dict[str, Any] = read_json(path)
     return record
+
+
+def belongs(folder: Path, stage: str) -> bool:
+    """Whether a record is there and its stage is one of the recording's kind."""
+    if not (folder / f"{stage}.json").exists():
+        return False
+    kind = read_status(folder, stage).get("recorded")
+    return kind is None or stage in chain_of(kind)
 
 
 def first_problem(folder: Path, stages: Sequence[str] = RECORDS) -> dict[str, Any] | None:

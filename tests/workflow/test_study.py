@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pipeline.study import read_study
+from pipeline.workflow import read_plan
 from sim.errors import InputError
 
 GOOD = ("a", "breath", "p1")
@@ -144,3 +145,37 @@ def test_missing_empty_and_binary_tables_are_one_line(study):
     study.subjects.unlink()
     with pytest.raises(InputError, match="there is no such table"):
         read_study(study.recordings, study.subjects)
+
+
+def test_an_edited_table_of_calls_makes_another_job(study, monkeypatch):
+    sound = study.recording_file("ha.flac")
+    study.rows(("ha", "laugh", "p1", sound), ("calm", "breath", "p1", sound))
+    monkeypatch.chdir(study.folder)
+    plan = read_plan({})
+    assert plan.study.names_of("laugh") == ("ha",)
+    assert plan.study.names_of("breath") == ("calm",)
+    assert plan.records("ha")[-1] == "results/ha/calls.json"
+    assert plan.records("calm")[-1] == "results/calm/posterior.json"
+    folder = study.folder / "results" / "ha"
+    folder.mkdir(parents=True)
+    before = plan.job("ha", "calls")
+    rows = "call,start_s,peak_s,end_s,peak,bout,voiced,kept,why_not\n1,0.1,0.2,0.3,1,1,yes,yes,\n"
+    for name in ("calls.csv", "calls.found.csv"):
+        (folder / name).write_text(rows, encoding="utf-8")
+    assert plan.job("ha", "calls") == before
+    (folder / "calls.csv").write_text(rows.replace("yes,yes", "yes,no"), encoding="utf-8")
+    edited = plan.job("ha", "calls")
+    assert edited != before
+    assert plan.job("ha", "calls") == edited
+    assert plan.job("ha", "pressure") == read_plan({}).job("ha", "pressure")
+
+
+def test_a_calibration_table_brings_its_files(study, monkeypatch):
+    sound = study.recording_file("ha.flac")
+    study.recording_file("a.csv")
+    table = study.folder / "data" / "calibration.tsv"
+    table.write_text("subject\taudio\tpressure\na\tha.flac\ta.csv\n", encoding="utf-8")
+    study.rows(("ha", "laugh", "p1", sound, "", "", "../data/calibration.tsv"))
+    monkeypatch.chdir(study.folder)
+    names = [path.rsplit("/", 1)[-1] for path in read_plan({}).files("ha")]
+    assert names == ["ha.flac", "calibration.tsv", "ha.flac", "a.csv"]
