@@ -23,7 +23,7 @@ from pipeline.audio import Sound, read_sound  # noqa: E402
 from pipeline.calls import Candidates, call_envelope, find_calls  # noqa: E402
 from pipeline.envelope import RATE  # noqa: E402
 from pipeline.laughter import Verdict, judge  # noqa: E402
-from pipeline.pressure import loudness, pressure_curve  # noqa: E402
+from pipeline.pressure import PressureCurve, loudness, pressure_curve  # noqa: E402
 from pipeline.pressure_map import CalibratedSubject, assumed_map, fit_map  # noqa: E402
 from pipeline.settings import AudioSettings, CallSettings, PressureSettings  # noqa: E402
 from pipeline.sound_calibration import normalised_subject, read_calibration  # noqa: E402
@@ -165,7 +165,7 @@ def recovery(people: list[Person], form: str, n_calibrated: int, seed: int = 0) 
     return dict(pd.DataFrame(rows).mean())
 
 
-def compare(one: Person, curve: object) -> dict[str, float]:
+def compare(one: Person, curve: PressureCurve) -> dict[str, float]:
     """Coverage and r of one prediction."""
     inside = (one.pressure >= curve.low) & (one.pressure <= curve.high)
     there = curve.active

@@ -49,7 +49,7 @@ def write_curves(path: Path, laugh: Laugh, flow: bool) -> None:
             writer.writerow([*row, *([f"{laugh.flow[i]:.3f}"] if flow else [])])
 
 
-def truth(name: str, speaker: Speaker, laugh: Laugh) -> dict:
+def truth(name: str, speaker: Speaker, laugh: Laugh) -> dict[str, object]:
     """What is known about a sample."""
     rows = zip(laugh.bout, laugh.starts, laugh.peaks, laugh.ends, strict=True)
     return {

@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 import yaml
 from sklearn.linear_model import LogisticRegression
-from sklearn.pipeline import make_pipeline
+from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -80,7 +80,7 @@ def bout_weights(bouts: pd.DataFrame) -> np.ndarray:
     return (weight * np.where(family == "laugh", 1.5, 0.75)).to_numpy()
 
 
-def model() -> object:
+def model() -> Pipeline:
     """Scaled logistic regression."""
     return make_pipeline(StandardScaler(), LogisticRegression(C=STRENGTH, max_iter=1000))
 
@@ -102,7 +102,7 @@ def laughter(bouts: pd.DataFrame) -> None:
     one = model()
     one.fit(bouts[columns], is_laugh, logisticregression__sample_weight=bout_weights(bouts))
     scale, fit = one[0], one[1]
-    rows = [["intercept", 0, 1, f"{fit.intercept_[0]:.4f}", SOURCE]]
+    rows: list[list[object]] = [["intercept", 0, 1, f"{fit.intercept_[0]:.4f}", SOURCE]]
     values = zip(columns, scale.mean_, scale.scale_, fit.coef_[0], strict=True)
     rows += [[n, f"{m:.4f}", f"{s:.4f}", f"{w:.4f}", SOURCE] for n, m, s, w in values]
     write("laughter_weights.csv", ["measure", "mean", "sd", "weight", "source"], rows)
@@ -132,14 +132,16 @@ def kinds(whole: pd.DataFrame) -> None:
     one.fit(whole[columns], whole["kind"])
     scale, fit = one[0], one[1]
     order = [list(fit.classes_).index(kind) for kind in KINDS]
-    rows = [["intercept", 0, 1, *(f"{fit.intercept_[i]:.4f}" for i in order), SOURCE]]
+    rows: list[list[object]] = [
+        ["intercept", 0, 1, *(f"{fit.intercept_[i]:.4f}" for i in order), SOURCE]
+    ]
     for j, name in enumerate(columns):
         weights = [f"{fit.coef_[i][j]:.4f}" for i in order]
         rows.append([name, f"{scale.mean_[j]:.4f}", f"{scale.scale_[j]:.4f}", *weights, SOURCE])
     write("sound_kinds.csv", ["measure", "mean", "sd", *KINDS, "source"], rows)
 
 
-def write(name: str, header: list[str], rows: list[list]) -> None:
+def write(name: str, header: list[str], rows: list[list[object]]) -> None:
     """Write a table of weights."""
     with (ROOT / "pipeline" / "tables" / name).open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")

@@ -7,6 +7,7 @@ import pytest
 
 from sim.bench import Bench, Point
 from sim.model.torso import lung_capacity
+from sim.physics.types import Floats
 from sim.resting import RestingTorso
 from sim.statics import (
     LITRE,
@@ -56,16 +57,33 @@ def test_braced_bones_stand_still_in_an_effort(resting: RestingTorso) -> None:
     assert during.abdominal - during.pleural > before.abdominal - before.pleural
 
 
+def fibre_lengths(resting: RestingTorso, point: Point) -> Floats:
+    way = np.diff(point.places[resting.torso.diaphragm], axis=1)
+    return np.asarray(np.linalg.norm(way, axis=2).sum(axis=1))
+
+
+def test_no_fibre_gives_way_in_a_maximal_effort_and_its_pressure_falls_with_volume(
+    resting: RestingTorso,
+) -> None:
+    """Wanke 1990: linear fall; without hoops the weakest fibres stretched to twice their length."""
+    capacity = lung_capacity(resting.torso.subject)
+    rises = []
+    for volume in (capacity["rv"], capacity["frc"], 0.95 * capacity["tlc"]):
+        pair = closed_effort(resting, volume, {"diaphragm": 1.0}, braced=True)
+        before, during = (fibre_lengths(resting, point) for point in pair)
+        assert (during / before).max() < 1.05
+        rises.append(diaphragm_rise(pair))
+    assert rises[0] > rises[1] > rises[2] > 0.0
+
+
 def test_own_inspiration_leaves_the_diaphragm_shorter_than_filling(resting: RestingTorso) -> None:
-    torso = resting.torso
     relaxed, active = inspired_effort(resting, {"diaphragm": 0.15, "external_intercostals": 0.3})
     filled, passive = closed_effort(resting, active.lung, {"diaphragm": 1.0}, braced=True)
     assert active.lung > relaxed.lung + 0.5 * LITRE
     assert passive.lung > active.lung
 
     def fibres(point: Point) -> float:
-        way = np.diff(point.places[torso.diaphragm], axis=1)
-        return float(np.linalg.norm(way, axis=2).sum(axis=1).mean())
+        return float(fibre_lengths(resting, point).mean())
 
     assert fibres(active) < fibres(passive) < fibres(filled)
     assert diaphragm_rise((relaxed, active)) < diaphragm_rise((filled, passive))
