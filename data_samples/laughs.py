@@ -146,8 +146,8 @@ def _heights(
     rng: np.random.Generator, speaker: Speaker, bouts: tuple[int, ...], p: dict[str, float]
 ) -> Floats:
     parts = [p["peak_fall"] ** np.arange(n) * np.exp(rng.normal(0, p["peak_sd"], n)) for n in bouts]
-    heights = np.concatenate(parts)
-    return speaker.peak_pressure * heights / heights.mean()
+    heights: Floats = np.concatenate(parts)
+    return heights * (speaker.peak_pressure / float(heights.mean()))
 
 
 def _pressure(

@@ -69,7 +69,7 @@ def group_activation(levels: Floats, parameters: Parameters | None = None) -> Fl
 
     Returns
     -------
-    (..., n_groups), in the order of `MUSCLE_GROUPS`
+    (..., n_groups), at most 1, in the order of `MUSCLE_GROUPS`
     """
     out = np.zeros((*np.shape(levels)[:-1], len(MUSCLE_GROUPS)))
     p = calibrated() if parameters is None else parameters

@@ -6,10 +6,13 @@ and numpy asks for that only once.
 
 from __future__ import annotations
 
+import importlib.util
 import struct
+import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -61,6 +64,27 @@ def data_real() -> Path:
 def data_samples() -> Path:
     """Folder of the synthetic subjects that the repository carries."""
     return ROOT / "data_samples"
+
+
+def _script(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, ROOT / "scripts" / f"{name}.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="session")
+def targets() -> ModuleType:
+    """The script that measures the targets of sound."""
+    return _script("audio_targets")
+
+
+@pytest.fixture(scope="session")
+def planted() -> ModuleType:
+    """The script that plants levels and fits them."""
+    return _script("planted_truth")
 
 
 def _section(name: str) -> dict[str, Any]:

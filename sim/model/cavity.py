@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim.model.anatomy import SIDES, Anatomy
+from sim.model.dome import APPOSITION_COLUMN, apposed_path, fibre_path, tendon_edge
 from sim.model.mesh import along, strip
 from sim.model.points import Points
 from sim.model.skeleton import margin_point, segment_of
@@ -24,9 +25,6 @@ MARGIN = (1.0, 0.87, 0.75, 0.6, 0.45, 0.3, 0.15)
 """Rim points on the costal margin, from the tenth rib to beside the xiphoid."""
 ROW_END = {8: 0.45, 9: 0.75, 10: 1.0}
 """Where the rows of the false ribs meet the margin."""
-APPOSITION_COLUMN = (0.06, 0.045, 0.06, 0.07, 0.075, 0.075, 0.07, 0.065, 0.06, 0.055, 0.045,
-                     0.035, 0.02, 0.012)  # fmt: skip
-"""Height of the zone of apposition at rest by rim point, back to front, m."""
 PELVIS_STATION = (0.0, 3.0, 5.0, 7.0, 8.5, 10.0, 11.5, 13.0, 14.0, 15.0, 16.0, 17.2, 18.4, 20.0)
 """Where the wall's columns end on the pelvic rim (index of its 40 points)."""
 FREE_FROM = 2
@@ -151,50 +149,6 @@ class CavityBuilder:
         faces += strip(self.points, rows[0][0], rows[1][0])  # fmt: skip
         return faces, rows
 
-    def _radius(self, faces: Floats, angle: float, z: float) -> float:
-        """Distance from the vertical axis at which a ray meets the sheet."""
-        direction = np.array([np.cos(angle), np.sin(angle), 0.0])
-        origin = np.array([self.parameters["torso_axis"], 0.0, z])
-        a, u, w = faces[:, 0], faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]
-        p = np.cross(direction, w)
-        det = np.einsum("ij,ij->i", u, p)
-        det = np.where(np.abs(det) < 1e-12, 1e-12, det)
-        s = np.einsum("ij,ij->i", origin - a, p) / det
-        q = np.cross(origin - a, u)
-        t = (q @ direction) / det
-        r = np.einsum("ij,ij->i", w, q) / det
-        hit = (s >= -1e-6) & (t >= -1e-6) & (s + t <= 1.0 + 1e-6) & (r > 0.0)
-        return float(r[hit].min()) if hit.any() else np.nan
-
-    def _apposed(self, faces: Floats, rim: Floats, height: float) -> Floats:
-        """Points up the sheet from a rim point, a little inside it."""
-        axis = self.parameters["torso_axis"]
-        angle = np.arctan2(rim[1], rim[0] - axis)
-        path = [rim]
-        for z in np.linspace(0.0, height, 7)[1:]:
-            radius = self._radius(faces, angle, rim[2] + z)
-            if not np.isfinite(radius):
-                break
-            radius -= self.parameters["contact_gap"]
-            path.append(
-                np.array([axis + radius * np.cos(angle), radius * np.sin(angle), rim[2] + z])
-            )
-        return np.array(path)
-
-    def _dome(self, path: Floats, edge: Floats, rows: int) -> Floats:
-        """Free points from the rim over the apposed path and an arc to the tendon edge."""
-        start = path[-1]
-        rise = max(0.6 * (edge[2] - start[2]), 0.01)
-        run = edge - start
-        run[2] = 0.0
-        c1 = start + np.array([0.0, 0.0, rise])
-        c2 = edge - 0.45 * run
-        t = np.linspace(0.0, 1.0, 30)[1:, None]
-        arc = (
-            (1 - t) ** 3 * start + 3 * (1 - t) ** 2 * t * c1 + 3 * (1 - t) * t**2 * c2 + t**3 * edge
-        )
-        return along(np.vstack([path, arc]), np.linspace(0.0, 1.0, rows + 2))
-
     def build(self) -> Cavity:
         """Build sheet, diaphragm, wall, back and floor."""
         rims = [self._rim_half(0), self._rim_half(1)]
@@ -226,8 +180,8 @@ class CavityBuilder:
         for j, handle in enumerate(loop):
             k = j if j < half else n - j
             height = APPOSITION_COLUMN[k] * a.scale[2]
-            path = self._apposed(triangles, self.points.at(handle), height)
-            line = self._dome(path, edge[j], n_rows)
+            path = apposed_path(triangles, self.points.at(handle), height, p)
+            line = fibre_path(path, edge[j], n_rows)
             column = [handle, *[self.points.add_particle(q) for q in line[1:-1]]]
             grid.append([*column, self._bind("central_tendon", edge[j])])
         tendon = [c[-1] for c in grid]
@@ -314,21 +268,3 @@ class CavityBuilder:
             faces += [(here, loop[ahead], ring[ahead]), (here, ring[ahead], ring[k])]
             faces.append((ring[k], ring[ahead], bottom))
         return faces
-
-
-def tendon_edge(anatomy: Anatomy, parameters: Parameters, toward: Floats) -> Floats:
-    """Edge of the central tendon, an ellipse: the points, (n, 3) m, that look at given ones.
-
-    Fibres run radially, seen from above, so that a strip is as wide as what it must hold.
-
-    Parameters
-    ----------
-    toward : (n, 3), where the fibres come from, m
-    """
-    middle = parameters["tendon_x"] * anatomy.scale[0]
-    a = parameters["tendon_depth"] * anatomy.scale[0]
-    b = parameters["tendon_breadth"] * anatomy.scale[1]
-    level = anatomy.spine["T9"][2] + parameters["dome_above_t9"] * anatomy.scale[2]
-    angle = np.arctan2(toward[:, 1] / b, (toward[:, 0] - middle) / a)
-    x, y = middle + a * np.cos(angle), b * np.sin(angle)
-    return np.stack([x, y, np.full(len(toward), level)], axis=1)

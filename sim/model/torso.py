@@ -8,8 +8,9 @@ import mujoco
 import numpy as np
 
 from sim.model.anatomy import Anatomy, Subject, build_anatomy
-from sim.model.cavity import Cavity, CavityBuilder, tendon_edge
+from sim.model.cavity import Cavity, CavityBuilder
 from sim.model.contacts import build_contacts
+from sim.model.dome import tendon_edge
 from sim.model.girdle import GirdleBuilder, add_carried
 from sim.model.links import build_links
 from sim.model.mesh import orient

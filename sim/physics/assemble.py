@@ -132,8 +132,7 @@ def _add_contacts(plant: Plant, work: Work, step: float, centre: Floats) -> None
     contacts, constants, tree, matrix = plant.contacts, plant.constants, plant.tree, work.matrix
     x, bound = work.x, plant.point_body.shape[0]
     weight, normal = np.empty(3), np.empty(3)
-    mass = step * step * constants.contact_stiffness + step * constants.contact_damping
-    mass *= 2.0
+    mass = 2.0 * (step * step * constants.contact_stiffness + step * constants.contact_damping)
     for i in range(contacts.point.shape[0]):
         p, face = contacts.point[i], contacts.face[work.held[i]]
         gap, inside = cross_sheet(x, contacts.face, work.held[i], p, contacts.axis, weight, normal)

@@ -40,7 +40,7 @@ def _measure_chains(muscles: Muscles, fibres: Fibres) -> None:
 
 
 @inner
-def element_drive(level: float, share: float, recruited: float) -> float:
+def _element_drive(level: float, share: float, recruited: float) -> float:
     """Activation of an element whose share of its group's drive is below one.
 
     What has any drive at all is recruited fully as the group's activation goes from `recruited`
@@ -65,7 +65,7 @@ def _hill_tensions(
             constants.eccentric,
         )
     for e in range(muscles.rest.shape[0]):
-        level = element_drive(
+        level = _element_drive(
             activation[np.uintp(muscles.group[e])], muscles.share[e], constants.recruited
         )
         fibres.tension[e] = level * fibres.factor[np.uintp(muscles.chain[e])]
@@ -146,7 +146,7 @@ def muscle_masses(
     out : (n_elements,), written
     """
     for e in range(out.shape[0]):
-        level = element_drive(activation[muscles.group[e]], muscles.share[e], constants.recruited)
+        level = _element_drive(activation[muscles.group[e]], muscles.share[e], constants.recruited)
         rest = muscles.rest[e]
         if constants.law != HILL:
             k = level * muscles.f_max[e] + muscles.k_pe[e]

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,16 +14,6 @@ from pipeline.laughter import judge
 from pipeline.voice import frame_measures
 
 RATE = 16000
-SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "audio_targets.py"
-
-
-@pytest.fixture(scope="module")
-def targets():
-    spec = importlib.util.spec_from_file_location("audio_targets", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 def sound_of(samples: np.ndarray) -> Sound:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib.util
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -20,17 +18,6 @@ from pipeline.pressure_map import CalibratedSubject, assumed_map, fit_map
 from pipeline.sound_calibration import read_calibration
 from sim.errors import InputError
 from sim.units import PASCAL_PER_CMH2O
-
-SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "audio_targets.py"
-
-
-@pytest.fixture(scope="module")
-def targets():
-    spec = importlib.util.spec_from_file_location("audio_targets", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.mark.parametrize("passes", [1, 2])

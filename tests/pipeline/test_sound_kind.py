@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import csv
-import importlib.util
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,17 +13,6 @@ from pipeline.sound_kind import KINDS, MEASURES, kind_measures, tell_kind
 ROOT = Path(__file__).resolve().parents[2]
 LEFT_OUT = 31
 """Right ones of 38 when each is left out of the fit (docs/methods/audio.md)."""
-
-
-@pytest.fixture(scope="module")
-def targets():
-    spec = importlib.util.spec_from_file_location(
-        "audio_targets", ROOT / "scripts" / "audio_targets.py"
-    )
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 def test_shares_add_up() -> None:

@@ -1,0 +1,89 @@
+"""Shape of the diaphragm as it is built: zone of apposition, dome, edge of the central tendon."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sim.model.anatomy import Anatomy
+from sim.model.mesh import along
+from sim.physics.types import Floats
+from sim.tables import Parameters
+
+APPOSITION_COLUMN = (0.06, 0.045, 0.06, 0.07, 0.075, 0.075, 0.07, 0.065, 0.06, 0.055, 0.045,
+                     0.035, 0.02, 0.012)  # fmt: skip
+"""Height of the zone of apposition at rest by rim point, back to front, m."""
+
+
+def _radius(faces: Floats, angle: float, z: float, axis: float) -> float:
+    """Distance from the vertical axis at which a ray meets the sheet."""
+    direction = np.array([np.cos(angle), np.sin(angle), 0.0])
+    origin = np.array([axis, 0.0, z])
+    a, u, w = faces[:, 0], faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]
+    p = np.cross(direction, w)
+    det = np.einsum("ij,ij->i", u, p)
+    det = np.where(np.abs(det) < 1e-12, 1e-12, det)
+    s = np.einsum("ij,ij->i", origin - a, p) / det
+    q = np.cross(origin - a, u)
+    t = (q @ direction) / det
+    r = np.einsum("ij,ij->i", w, q) / det
+    hit = (s >= -1e-6) & (t >= -1e-6) & (s + t <= 1.0 + 1e-6) & (r > 0.0)
+    return float(r[hit].min()) if hit.any() else np.nan
+
+
+def apposed_path(faces: Floats, rim: Floats, height: float, parameters: Parameters) -> Floats:
+    """Points up the rib cage's sheet from a rim point, a little inside it, (n, 3) m.
+
+    Parameters
+    ----------
+    faces : (n_faces, 3, 3), triangles of the sheet, m
+    rim : (3,), m
+    height : of the zone of apposition above the rim point, m
+    """
+    axis = parameters["torso_axis"]
+    angle = np.arctan2(rim[1], rim[0] - axis)
+    path = [rim]
+    for z in np.linspace(0.0, height, 7)[1:]:
+        radius = _radius(faces, angle, rim[2] + z, axis)
+        if not np.isfinite(radius):
+            break
+        radius -= parameters["contact_gap"]
+        path.append(np.array([axis + radius * np.cos(angle), radius * np.sin(angle), rim[2] + z]))
+    return np.array(path)
+
+
+def fibre_path(path: Floats, edge: Floats, rows: int) -> Floats:
+    """Points from the rim over the apposed path and an arc to the tendon's edge, (rows + 2, 3) m.
+
+    Parameters
+    ----------
+    path : (n, 3), of `apposed_path`
+    edge : (3,), end on the central tendon, m
+    rows : free points between the two ends
+    """
+    start = path[-1]
+    rise = max(0.6 * (edge[2] - start[2]), 0.01)
+    run = edge - start
+    run[2] = 0.0
+    c1 = start + np.array([0.0, 0.0, rise])
+    c2 = edge - 0.45 * run
+    t = np.linspace(0.0, 1.0, 30)[1:, None]
+    arc = (1 - t) ** 3 * start + 3 * (1 - t) ** 2 * t * c1 + 3 * (1 - t) * t**2 * c2 + t**3 * edge
+    return along(np.vstack([path, arc]), np.linspace(0.0, 1.0, rows + 2))
+
+
+def tendon_edge(anatomy: Anatomy, parameters: Parameters, toward: Floats) -> Floats:
+    """Edge of the central tendon, an ellipse: the points, (n, 3) m, that look at given ones.
+
+    Fibres run radially, seen from above, so that a strip is as wide as what it must hold.
+
+    Parameters
+    ----------
+    toward : (n, 3), where the fibres come from, m
+    """
+    middle = parameters["tendon_x"] * anatomy.scale[0]
+    a = parameters["tendon_depth"] * anatomy.scale[0]
+    b = parameters["tendon_breadth"] * anatomy.scale[1]
+    level = anatomy.spine["T9"][2] + parameters["dome_above_t9"] * anatomy.scale[2]
+    angle = np.arctan2(toward[:, 1] / b, (toward[:, 0] - middle) / a)
+    x, y = middle + a * np.cos(angle), b * np.sin(angle)
+    return np.stack([x, y, np.full(len(toward), level)], axis=1)
