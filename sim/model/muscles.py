@@ -52,6 +52,7 @@ class MuscleList:
     chain: list[int] = field(default_factory=list)
     width: list[float] = field(default_factory=list)
     share: list[float] = field(default_factory=list)
+    late: list[float] = field(default_factory=list)
     region: list[str] = field(default_factory=list)
     n_chains: int = 0
 
@@ -62,6 +63,7 @@ class MuscleList:
         widths: list[float],
         share: float = 1.0,
         regions: Sequence[Region] = (),
+        late: float = 0.0,
     ) -> None:
         """Add one fibre through `handles`.
 
@@ -70,6 +72,7 @@ class MuscleList:
         widths : of the strip that each element stands for, m
         share : neural drive over that of the group
         regions : of the wall, one an element, whose shares come on top; none elsewhere
+        late : what comes on top of `share` in a maximal effort
         """
         for i in range(len(handles) - 1):
             self.a.append(handles[i])
@@ -78,6 +81,7 @@ class MuscleList:
             self.chain.append(self.n_chains)
             self.width.append(widths[i])
             self.share.append(share * (regions[i].share if regions else 1.0))
+            self.late.append(late)
             self.region.append(regions[i].name if regions else "")
         self.n_chains += 1
 
@@ -128,8 +132,8 @@ def pack_muscles(
     speed[chain] = strength.v_max
     return Muscles(
         a=a, b=b, group=group.astype(np.int64), chain=chain.astype(np.int64),
-        slot=_slots(a, b, slots), share=np.array(muscles.share), rest=rest,
-        f_max=strength.f_max, k_pe=strength.k_pe, b_pe=strength.b_pe,
+        slot=_slots(a, b, slots), share=np.array(muscles.share),
+        late=np.array(muscles.late), rest=rest, f_max=strength.f_max, k_pe=strength.k_pe, b_pe=strength.b_pe,
         chain_rest=np.bincount(chain, rest).astype(np.float64), chain_count=count,
         chain_v_max=speed,
     )  # fmt: skip

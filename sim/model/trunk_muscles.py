@@ -56,9 +56,9 @@ class TrunkMuscleBuilder:
             self.points.add(self.body[segment_of(f"T{upper}")], top),
             self.points.add(self.body[f"rib_{SIDES[side]}{upper + 1}"], low),
         ]
-        share = self._drive("levatores_costarum", upper, 0.0)
+        share, late = self._drive("levatores_costarum", upper, 0.0)
         width = self.parameters["levator_width"]
-        self.muscles.add_chain("levatores_costarum", handles, [width], share)
+        self.muscles.add_chain("levatores_costarum", handles, [width], share, late=late)
 
     def _scalenes(self, side: int) -> None:
         """Lines from the neck to the first two ribs."""
@@ -121,17 +121,24 @@ class TrunkMuscleBuilder:
             handles = [self.points.add(self.body[names[0]], top)]
             handles.append(self.points.add(self.body[names[1]], low))
             step = (end - start) * lengths[0] / (n - 1)
-            share = self._drive(group, upper, u)
-            self.muscles.add_chain(group, handles, [step * np.sqrt(0.5)], share)
+            share, late = self._drive(group, upper, u)
+            self.muscles.add_chain(group, handles, [step * np.sqrt(0.5)], share, late=late)
 
-    def _drive(self, group: str, space: int, along: float) -> float:
-        """Neural drive by interspace and by place along the rib, from `drive_map.csv`."""
+    def _drive(self, group: str, space: int, along: float) -> tuple[float, float]:
+        """Neural drive by interspace and by place along the rib, from `drive_map.csv`.
+
+        Returns
+        -------
+        share of the group's drive, and what comes on top in a maximal effort: the rest, where the
+        table says that the whole group is recruited then and the element has any drive at all
+        """
         row = self.drive[group]
         slope = (space - float(row["space_full"])) / (
             float(row["space_none"]) - float(row["space_full"])
         )
         by_space = max(float(row["least"]), min(1.0, 1.0 - slope))
-        return by_space * max(0.0, 1.0 - float(row["ventral_loss"]) * along)
+        share = by_space * max(0.0, 1.0 - float(row["ventral_loss"]) * along)
+        return share, (1.0 - share) * float(row["recruited"]) if share > 0.0 else 0.0
 
     def _parasternal(self, side: int, upper: int) -> None:
         """Internal fibres between the cartilages: from the sternum down and sideways."""
@@ -152,4 +159,5 @@ class TrunkMuscleBuilder:
                 self.points.add(self.body[names[1]], low),
             ]
             width = 0.65 * float(np.linalg.norm(ends[0][0] - ends[0][1])) / n
-            self.muscles.add_chain("parasternal_intercostals", handles, [width])
+            share, late = self._drive("parasternal_intercostals", upper, 0.0)
+            self.muscles.add_chain("parasternal_intercostals", handles, [width], share, late=late)

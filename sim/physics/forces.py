@@ -40,15 +40,14 @@ def _measure_chains(muscles: Muscles, fibres: Fibres) -> None:
 
 
 @inner
-def _element_drive(level: float, share: float, recruited: float) -> float:
-    """Activation of an element whose share of its group's drive is below one.
+def _element_drive(level: float, share: float, late: float, recruited: float) -> float:
+    """Activation of an element that has a share of its group's drive.
 
-    What has any drive at all is recruited fully as the group's activation goes from `recruited`
-    to one: in a maximal effort every fibre of the muscle works.
+    The share grows by `late` as the group's activation goes from `recruited` to one: in a maximal
+    effort more fibres work.
     """
     above = max(0.0, level - recruited) / max(1.0 - recruited, 1e-9)
-    more = above * (1.0 - share) if 0.0 < share < 1.0 else 0.0
-    return level * (share + more)
+    return level * (share + above * late)
 
 
 @inner
@@ -66,7 +65,10 @@ def _hill_tensions(
         )
     for e in range(muscles.rest.shape[0]):
         level = _element_drive(
-            activation[np.uintp(muscles.group[e])], muscles.share[e], constants.recruited
+            activation[np.uintp(muscles.group[e])],
+            muscles.share[e],
+            muscles.late[e],
+            constants.recruited,
         )
         fibres.tension[e] = level * fibres.factor[np.uintp(muscles.chain[e])]
     # Nothing is looked up here, so elements are taken several at a time.
@@ -146,7 +148,9 @@ def muscle_masses(
     out : (n_elements,), written
     """
     for e in range(out.shape[0]):
-        level = _element_drive(activation[muscles.group[e]], muscles.share[e], constants.recruited)
+        level = _element_drive(
+            activation[muscles.group[e]], muscles.share[e], muscles.late[e], constants.recruited
+        )
         rest = muscles.rest[e]
         if constants.law != HILL:
             k = level * muscles.f_max[e] + muscles.k_pe[e]

@@ -56,6 +56,8 @@ class Muscles(NamedTuple):
     """matrix block of the pair, -1 unless both ends are particles"""
     share: Floats
     """neural drive of an element over that of its group"""
+    late: Floats
+    """what comes on top of `share` in a maximal effort"""
     rest: Floats
     """optimal length, m (spring law: rest length)"""
     f_max: Floats
