@@ -237,7 +237,10 @@ def _build_joints(
             stiffness = [usual[0] + first, *usual[1:]]
             k3 = cube * axes.T @ np.diag(stiffness) @ axes
             friction = cube * parameters["rib_friction"] * np.eye(3)
-            balls.append((f"rib_{letter}{rib}", k3, friction, np.full(6, np.pi), 0.0))
+            edge = np.full(6, np.pi)
+            edge[1] = np.radians(parameters["rib_expiratory_limit"])
+            hold = cube * parameters["rib_limit_stiffness"]
+            balls.append((f"rib_{letter}{rib}", k3, friction, edge, hold))
     for name, hold, slow in girdle_joints(parameters):
         balls.append((name, hold * np.eye(3), slow * np.eye(3), np.full(6, np.pi), 0.0))
     hinges = [j for j in range(model.njnt) if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE]
