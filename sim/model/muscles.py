@@ -133,7 +133,8 @@ def pack_muscles(
     return Muscles(
         a=a, b=b, group=group.astype(np.int64), chain=chain.astype(np.int64),
         slot=_slots(a, b, slots), share=np.array(muscles.share),
-        late=np.array(muscles.late), rest=rest, f_max=strength.f_max, k_pe=strength.k_pe, b_pe=strength.b_pe,
+        late=np.array(muscles.late), rest=rest,
+        f_max=strength.f_max, k_pe=strength.k_pe, b_pe=strength.b_pe,
         chain_rest=np.bincount(chain, rest).astype(np.float64), chain_count=count,
         chain_v_max=speed,
     )  # fmt: skip
