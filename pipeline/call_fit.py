@@ -1,0 +1,253 @@
+"""Fit the bursts of one call to its pressure, from the moment in which the last call ended."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from pipeline.call_effort import (
+    ABDOMEN,
+    AMPLITUDES,
+    INTERCOSTALS,
+    PARAMETERS,
+    CallSpace,
+    with_call,
+)
+from pipeline.optimise import Search, Stop, bound_warnings, minimise
+from pipeline.score import Score, numbers
+from pipeline.settings import FollowSettings
+from pipeline.torso_runs import Run, TorsoRuns
+from sim.errors import UnstableSimulation
+from sim.simulate import Moment, Trajectory
+
+Floats = NDArray[np.float64]
+
+PENALTY = 10.0
+"""Cost of a run that the torso cannot do: ten times no pressure at all."""
+NUDGES = np.array([0.04, 0.02, 0.02, 0.02])
+"""Changes of the three amplitudes and of the tonic level that show what each does."""
+TIMING_NUDGE = 0.05
+"""The same for start and frequency, of their range."""
+RIDGE = 0.02
+"""How dear a change is: a nudge's worth, beside the pressure that is missing as a whole."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CallFit:
+    """A call as the torso follows it.
+
+    Parameters
+    ----------
+    values : (7,), in the order of `PARAMETERS`
+    tonic : level of the abdomen's tonic effort at the end of the call
+    rms : root mean square of simulated less desired pressure over that of desired pressure
+    evaluations : runs of the torso; seconds : elapsed
+    trace : (n,), rms of every run in order
+    stop : how the search ended
+    warnings : parameters at their bounds
+    score, moment, trajectory : the score with the call, the moment at its end, and the run
+    """
+
+    values: Floats
+    tonic: float
+    rms: float
+    evaluations: int
+    seconds: float
+    trace: Floats
+    stop: Stop
+    warnings: tuple[str, ...]
+    score: Score
+    moment: Moment
+    trajectory: Trajectory
+
+
+def with_tonic(score: Score, end: float, tonic: float) -> Score:
+    """The score with the tonic effort going on to a level of the abdomen at `end`, s."""
+    share = numbers()["intercostals_per_abdomen"]
+    return score.line(ABDOMEN, (end, tonic)).line(INTERCOSTALS, (end, share * tonic))
+
+
+@dataclass(slots=True, kw_only=True)
+class CallTask:
+    """One call to be fitted; it remembers every run.
+
+    Parameters
+    ----------
+    runs, moment : the torso and where it stands
+    score : all that is told but the call's own bursts and tonic effort
+    space : of the seven parameters
+    pressure : (n_steps,), Pa, desired at the end of each step
+    """
+
+    runs: TorsoRuns
+    moment: Moment
+    score: Score
+    space: CallSpace
+    pressure: Floats
+    trace: list[float] = field(default_factory=list)
+
+    def told(self, values: Floats, tonic: float) -> Score:
+        """The score with a call."""
+        return with_call(with_tonic(self.score, self.space.end, tonic), values)
+
+    def run(self, tried: Sequence[tuple[Floats, float]]) -> list[Run | None]:
+        """Run calls side by side."""
+        scores = [self.told(values, tonic) for values, tonic in tried]
+        found = self.runs.each(self.moment, scores, self.space.start, self.space.end)
+        self.trace += [self.cost(one) for one in found]
+        return found
+
+    def cost(self, run: Run | None) -> float:
+        """Normalised root mean square of a run."""
+        if run is None:
+            return PENALTY
+        return normalised_rms(run[0].alveolar, self.pressure)
+
+
+def normalised_rms(simulated: Floats, desired: Floats) -> float:
+    """RMS of the difference over that of constant zero pressure (dilorenzo2009 section 6.3.2)."""
+    size = float(np.sqrt(np.mean(np.square(desired))))
+    return float(np.sqrt(np.mean(np.square(simulated - desired)))) / max(size, 1e-9)
+
+
+def fit_call(
+    task: CallTask, guesses: Sequence[Floats], tonic: float, settings: FollowSettings, seed: int
+) -> CallFit:
+    """Fit a call.
+
+    Parameters
+    ----------
+    guesses : seven parameters each, to start from
+    tonic : level of the abdomen's tonic effort at the call's start
+    """
+    began = time.monotonic()
+    start, level = _linear_steps(task, guesses, tonic, settings.linear_steps)
+    left = max(1, settings.n_evaluations - len(task.trace))
+    found = search(task, start, level, settings, left, settings.algorithm, seed)
+    values = task.space.values(found.best)
+    score = task.told(values, level)
+    # the best run once more, to go on from
+    best = task.runs.each(task.moment, [score], task.space.start, task.space.end)[0]
+    if best is None:
+        raise UnstableSimulation(
+            f"the torso cannot follow the call at {task.space.start:.2f} s. Lower"
+            " pressure.intensity."
+        )
+    low, high = task.space.bounds
+    return CallFit(
+        values=values,
+        tonic=level,
+        rms=task.cost(best),
+        evaluations=len(task.trace),
+        seconds=time.monotonic() - began,
+        trace=np.array(task.trace),
+        stop=found.stop,
+        warnings=bound_warnings(PARAMETERS, values, low, high),
+        score=score,
+        moment=best[1],
+        trajectory=best[0],
+    )
+
+
+def search(
+    task: CallTask,
+    start: Floats,
+    tonic: float,
+    settings: FollowSettings,
+    budget: int,
+    algorithm: str,
+    seed: int,
+) -> Search:
+    """Search the unit box of the seven parameters with nlopt, from `start` in several sizes.
+
+    Parameters
+    ----------
+    start : (7,), parameters
+    budget : runs
+    algorithm : of `pipeline.optimise.ALGORITHMS`
+    """
+
+    def evaluate(points: Floats) -> Floats:
+        runs = task.run([(task.space.values(point), tonic) for point in points])
+        return np.array([np.nan if run is None else task.cost(run) for run in runs])
+
+    first = task.space.unit(start)
+    sizes = settings.first_step * 0.4 ** np.arange(settings.n_starts)
+    return minimise(
+        evaluate,
+        lower=np.zeros(len(first)),
+        upper=np.ones(len(first)),
+        starts=np.tile(first, (settings.n_starts, 1)),
+        step=sizes,
+        algorithm=algorithm,
+        max_evaluations=budget,
+        tolerance=settings.tolerance,
+        penalty=PENALTY,
+        seed=seed,
+    )
+
+
+def _linear_steps(
+    task: CallTask, guesses: Sequence[Floats], tonic: float, steps: int
+) -> tuple[Floats, float]:
+    """The best guess, bettered as if pressure answered in proportion; and the tonic level."""
+    found = task.run([(guess, tonic) for guess in guesses])
+    costs = [task.cost(run) for run in found]
+    best = int(np.argmin(costs))
+    values, level, run = guesses[best], tonic, found[best]
+    for number in range(steps):
+        if run is None:
+            break
+        moves = _moves(task, values, level, timing=number > 0)
+        answers = task.run([move(1.0) for move in moves])
+        kept = [k for k, one in enumerate(answers) if one is not None]
+        rows = np.array([answers[k][0].alveolar - run[0].alveolar for k in kept])  # type: ignore[index]
+        if not kept:
+            break
+        missing = task.pressure - run[0].alveolar
+        dear = RIDGE * float(np.linalg.norm(task.pressure)) * np.eye(len(kept))
+        a, b = np.vstack([rows.T, dear]), np.concatenate([missing, np.zeros(len(kept))])
+        amount = lsq_linear(a, b, bounds=(-4.0, 8.0)).x
+        tried = []
+        for share in (1.0, 0.5):
+            v, t = values, level
+            for k, many in zip(kept, amount, strict=True):
+                nv, nt = moves[k](share * float(many))
+                v, t = v + nv - values, t + nt - level
+            tried.append((task.space.values(task.space.unit(v)), float(np.clip(t, 0.0, numbers()["most_tonic"]))))
+        ends = task.run(tried)
+        costs = [task.cost(one) for one in ends]
+        k = int(np.argmin(costs))
+        if costs[k] >= task.cost(run):
+            break
+        (values, level), run = tried[k], ends[k]
+    return values, level
+
+
+Move = Callable[[float], tuple[Floats, float]]
+
+
+def _moves(task: CallTask, values: Floats, level: float, *, timing: bool) -> list[Move]:
+    """Changes of one number each; the argument says how many nudges."""
+    low, high = task.space.bounds
+
+    def change(k: int, size: float) -> Move:
+        def move(many: float) -> tuple[Floats, float]:
+            out = values.copy()
+            out[k] += many * size
+            return out, level
+
+        return move
+
+    def up(many: float) -> tuple[Floats, float]:
+        return values, level + many * float(NUDGES[3])
+
+    moves = [change(k, float(size)) for k, size in zip(AMPLITUDES, NUDGES[:3], strict=True)]
+    if timing:
+        moves += [change(k, TIMING_NUDGE * float(high[k] - low[k])) for k in (2, 3, 5, 6)]
+    return [*moves, up]
