@@ -33,6 +33,10 @@ NUDGES = np.array([0.04, 0.02, 0.02, 0.02])
 """Changes of the three amplitudes and of the tonic level that show what each does."""
 TIMING_NUDGE = 0.05
 """The same for start and frequency, of their range."""
+REACH = (-4.0, 8.0)
+"""Least and most nudges of one linear step."""
+SHARES = (1.0, 0.5)
+"""Of the linear step that are tried: pressure is not quite in proportion."""
 RIDGE = 0.02
 """How dear a change is: a nudge's worth, beside the pressure that is missing as a whole."""
 
@@ -196,40 +200,53 @@ def _linear_steps(
     task: CallTask, guesses: Sequence[Floats], tonic: float, steps: int
 ) -> tuple[Floats, float]:
     """The best guess, bettered as if pressure answered in proportion; and the tonic level."""
-    found = task.run([(guess, tonic) for guess in guesses])
-    costs = [task.cost(run) for run in found]
-    best = int(np.argmin(costs))
-    values, level, run = guesses[best], tonic, found[best]
+    at, run = _best_of(task, [(guess, tonic) for guess in guesses])
     for number in range(steps):
         if run is None:
             break
-        moves = _moves(task, values, level, timing=number > 0)
-        answers = task.run([move(1.0) for move in moves])
-        kept = [k for k, one in enumerate(answers) if one is not None]
-        rows = np.array([answers[k][0].alveolar - run[0].alveolar for k in kept])  # type: ignore[index]
-        if not kept:
+        better, after = _linear_step(task, at, run, timing=number > 0)
+        if task.cost(after) >= task.cost(run):
             break
-        missing = task.pressure - run[0].alveolar
-        dear = RIDGE * float(np.linalg.norm(task.pressure)) * np.eye(len(kept))
-        a, b = np.vstack([rows.T, dear]), np.concatenate([missing, np.zeros(len(kept))])
-        amount = lsq_linear(a, b, bounds=(-4.0, 8.0)).x
-        tried = []
-        for share in (1.0, 0.5):
-            v, t = values, level
-            for k, many in zip(kept, amount, strict=True):
-                nv, nt = moves[k](share * float(many))
-                v, t = v + nv - values, t + nt - level
-            tried.append((task.space.values(task.space.unit(v)), float(np.clip(t, 0.0, numbers()["most_tonic"]))))
-        ends = task.run(tried)
-        costs = [task.cost(one) for one in ends]
-        k = int(np.argmin(costs))
-        if costs[k] >= task.cost(run):
-            break
-        (values, level), run = tried[k], ends[k]
-    return values, level
+        at, run = better, after
+    return at
 
 
-Move = Callable[[float], tuple[Floats, float]]
+Tried = tuple[Floats, float]
+
+
+def _best_of(task: CallTask, tried: Sequence[Tried]) -> tuple[Tried, Run | None]:
+    runs = task.run(tried)
+    best = int(np.argmin([task.cost(run) for run in runs]))
+    return tried[best], runs[best]
+
+
+def _linear_step(task: CallTask, at: Tried, run: Run, *, timing: bool) -> tuple[Tried, Run | None]:
+    """Move each number a little, then all together by what least squares say of the answers."""
+    moves = _moves(task, *at, timing=timing)
+    answers = task.run([move(1.0) for move in moves])
+    good = [
+        (move, answer[0].alveolar - run[0].alveolar)
+        for move, answer in zip(moves, answers, strict=True)
+        if answer is not None
+    ]
+    if not good:
+        return at, None
+    rows = np.array([answer for _, answer in good])
+    dear = RIDGE * float(np.linalg.norm(task.pressure)) * np.eye(len(good))
+    missing = np.concatenate([task.pressure - run[0].alveolar, np.zeros(len(good))])
+    amount = lsq_linear(np.vstack([rows.T, dear]), missing, bounds=REACH).x
+    tried = []
+    for share in SHARES:
+        values, tonic = at
+        for (move, _), many in zip(good, amount, strict=True):
+            moved, level = move(share * float(many))
+            values, tonic = values + moved - at[0], tonic + level - at[1]
+        inside = task.space.values(task.space.unit(values))
+        tried.append((inside, float(np.clip(tonic, 0.0, numbers()["most_tonic"]))))
+    return _best_of(task, tried)
+
+
+Move = Callable[[float], Tried]
 
 
 def _moves(task: CallTask, values: Floats, level: float, *, timing: bool) -> list[Move]:
@@ -237,14 +254,14 @@ def _moves(task: CallTask, values: Floats, level: float, *, timing: bool) -> lis
     low, high = task.space.bounds
 
     def change(k: int, size: float) -> Move:
-        def move(many: float) -> tuple[Floats, float]:
+        def move(many: float) -> Tried:
             out = values.copy()
             out[k] += many * size
             return out, level
 
         return move
 
-    def up(many: float) -> tuple[Floats, float]:
+    def up(many: float) -> Tried:
         return values, level + many * float(NUDGES[3])
 
     moves = [change(k, float(size)) for k, size in zip(AMPLITUDES, NUDGES[:3], strict=True)]

@@ -100,12 +100,12 @@ class Score:
         step : s, of the simulation
         about : further fields of `Controls`
         """
-        names = [n for n in dict.fromkeys([*self.lines, *self.bursts]) if self._curves(n)]
+        names = [n for n in dict.fromkeys([*self.lines, *self.bursts]) if self.curves(n)]
         springs = tuple(
-            Spring(name=n, curves=self._curves(n)) for n in names if n not in (LARYNX, FLEXION)
+            Spring(name=n, curves=self.curves(n)) for n in names if n not in (LARYNX, FLEXION)
         )
-        spines = tuple(Spine(name=n, curves=self._curves(n)) for n in names if n == FLEXION)
-        larynx = Larynx(curves=self._curves(LARYNX), closed=self.closed)
+        spines = tuple(Spine(name=n, curves=self.curves(n)) for n in names if n == FLEXION)
+        larynx = Larynx(curves=self.curves(LARYNX), closed=self.closed)
         told = larynx.curves or larynx.closed
         given = {"name": "score", **about}
         return Controls(
@@ -116,7 +116,8 @@ class Score:
             **given,  # type: ignore[arg-type]
         )
 
-    def _curves(self, channel: str) -> tuple[Curve, ...]:
+    def curves(self, channel: str) -> tuple[Curve, ...]:
+        """Curves of a channel; none for one that is not told anything."""
         points = self.lines.get(channel, ())
         line = (Linear(points=points),) if points else ()
         return (*line, *self.bursts.get(channel, ()))
