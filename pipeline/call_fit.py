@@ -85,7 +85,8 @@ class CallTask:
     runs, moment : the torso and where it stands
     score : all that is told but the call's own bursts and tonic effort
     space : of the seven parameters
-    pressure : (n_steps,), Pa, desired at the end of each step
+    pressure : (n_steps,), Pa, desired at the end of each step; or flow, m^3/s
+    quantity : what of a run stands against it, "alveolar" (pressure) or "flow"
     """
 
     runs: TorsoRuns
@@ -93,6 +94,7 @@ class CallTask:
     score: Score
     space: CallSpace
     pressure: Floats
+    quantity: str = "alveolar"
     trace: list[float] = field(default_factory=list)
 
     def told(self, values: Floats, tonic: float) -> Score:
@@ -110,7 +112,11 @@ class CallTask:
         """Normalised root mean square of a run."""
         if run is None:
             return PENALTY
-        return normalised_rms(run[0].alveolar, self.pressure)
+        return normalised_rms(self.answer(run), self.pressure)
+
+    def answer(self, run: Run) -> Floats:
+        """What the torso did, (n_steps,)."""
+        return np.asarray(getattr(run[0], self.quantity), dtype=np.float64)
 
 
 def normalised_rms(simulated: Floats, desired: Floats) -> float:
@@ -181,7 +187,7 @@ def search(
         return np.array([np.nan if run is None else task.cost(run) for run in runs])
 
     first = task.space.unit(start)
-    sizes = settings.first_step * 0.4 ** np.arange(settings.n_starts)
+    sizes = np.array([settings.first_step * 0.4**k for k in range(settings.n_starts)])
     return minimise(
         evaluate,
         lower=np.zeros(len(first)),
@@ -225,7 +231,7 @@ def _linear_step(task: CallTask, at: Tried, run: Run, *, timing: bool) -> tuple[
     moves = _moves(task, *at, timing=timing)
     answers = task.run([move(1.0) for move in moves])
     good = [
-        (move, answer[0].alveolar - run[0].alveolar)
+        (move, task.answer(answer) - task.answer(run))
         for move, answer in zip(moves, answers, strict=True)
         if answer is not None
     ]
@@ -233,7 +239,7 @@ def _linear_step(task: CallTask, at: Tried, run: Run, *, timing: bool) -> tuple[
         return at, None
     rows = np.array([answer for _, answer in good])
     dear = RIDGE * float(np.linalg.norm(task.pressure)) * np.eye(len(good))
-    missing = np.concatenate([task.pressure - run[0].alveolar, np.zeros(len(good))])
+    missing = np.concatenate([task.pressure - task.answer(run), np.zeros(len(good))])
     amount = lsq_linear(np.vstack([rows.T, dear]), missing, bounds=REACH).x
     tried = []
     for share in SHARES:

@@ -132,9 +132,46 @@ def _runs(job: Job, settings: FollowSettings, processes: int) -> tuple[TorsoRuns
 def _told(kind: str, folder: Path, sound: Sound, runs: TorsoRuns, job: Job) -> Told:
     if kind == "laugh":
         return _told_laugh(folder, sound, runs, job)
-    from pipeline.event_fit import follow_event
+    return _told_event(kind, sound, runs, job)
 
-    return follow_event(kind, sound, runs, job.section("follow"), job.seed)
+
+def _told_event(kind: str, sound: Sound, runs: TorsoRuns, job: Job) -> Told:
+    from pipeline.event_fit import fit_breaths, fit_bursts
+    from pipeline.event_plan import find_events
+
+    settings = job.section("follow")
+    events = find_events(sound, kind, settings.strength)
+    if kind == "breath":
+        fit = fit_breaths(events, runs, settings)
+    else:
+        fit = fit_bursts(events, kind, runs, settings, job.seed)
+    origin, rms = fit.origin, [float(row.get("rms_normalised", "nan")) for row in fit.rows]
+    said = f"{len(fit.rows)} {'breaths' if kind == 'breath' else 'bursts'}"
+    assumed = (
+        "the flow's shape is loudness to a power, its size what is usual: an assumption"
+        " (follow.strength)"
+    )
+    return Told(
+        score=fit.score,
+        origin=origin,
+        end=fit.end,
+        quantity="flow",
+        time=events.time,
+        desired=events.flow,
+        low=events.flow,
+        high=events.flow,
+        asked=[(a + origin, b + origin) for a, b in fit.asked],
+        spans=events.spans,
+        breaths=[(a + origin, b + origin) for a, b in fit.breaths],
+        rows={},
+        content={
+            "in_short": said,
+            "median_rms_normalised": float(np.median(rms)),
+            "evaluations": fit.evaluations,
+            "events": list(fit.rows),
+            "warnings": [assumed, *fit.warnings],
+        },
+    )
 
 
 def _told_laugh(folder: Path, sound: Sound, runs: TorsoRuns, job: Job) -> Told:

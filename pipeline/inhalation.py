@@ -12,6 +12,7 @@ from pipeline.torso_runs import TorsoRuns
 from sim.errors import UnstableSimulation
 from sim.simulate import Moment, Trajectory
 
+Steps = tuple[tuple[float, float], ...]
 INSPIRATORY = "external_intercostals"
 FIRST_LEVELS = (0.0, 0.15, 0.4, 0.85)
 ROUND = (-0.06, -0.02, 0.02, 0.06)
@@ -48,6 +49,7 @@ def breathing(
     level: float,
     *,
     motion: bool,
+    steps: Steps = (),
 ) -> Score:
     """The score with effort that ends at the start of a gap and a breath in within it.
 
@@ -55,6 +57,7 @@ def breathing(
     ----------
     gap, breath : start and end, s
     level : of the external intercostals; the diaphragm has its share
+    steps : shares of the breath's time and level between which it rises; else one rise
     """
     of = numbers()
     a, b = breath or gap
@@ -65,7 +68,8 @@ def breathing(
     for muscle, share in shares.items():
         start = max(a, gap[0])
         score = score.line(muscle, (start, score.level(muscle)))
-        score = score.line(muscle, (a + of["rise_share"] * (b - a), share * level))
+        for part, height in steps or ((of["rise_share"], 1.0),):
+            score = score.line(muscle, (start + part * (b - start), height * share * level))
         score = score.line(muscle, (gap[1], share * level))
     score = score.line(INSPIRATORY, (gap[1] + of["let_go_time"], 0.0))
     if motion:
@@ -86,6 +90,7 @@ def breathe_in(
     wanted: float,
     *,
     motion: bool,
+    steps: Steps = (),
 ) -> Breath:
     """Find the level of a breath by its volume; without one the gap passes by itself.
 
@@ -93,12 +98,17 @@ def breathe_in(
     ----------
     gap, breath : start and end, s
     wanted : lung volume at the end of the gap, m^3
+    steps : as in `breathing`
     """
+
+    def told(level: float) -> Score:
+        return breathing(score, gap, breath, level, motion=motion, steps=steps)
+
     tried: list[float] = []
     volumes: list[float] = []
 
     def volume_at(levels: tuple[float, ...]) -> None:
-        scores = [breathing(score, gap, breath, one, motion=motion) for one in levels]
+        scores = [told(one) for one in levels]
         for level, run in zip(levels, runs.each(moment, scores, *gap), strict=True):
             if run is not None:
                 tried.append(level)
@@ -115,15 +125,14 @@ def breathe_in(
             f"the torso cannot pass the gap at {gap[0]:.2f} s. Lower pressure.intensity."
         )
     level = tried[int(np.argmin(np.abs(np.array(volumes) - wanted)))]
-    told = breathing(score, gap, breath, level, motion=motion)
-    trajectory, after = runs.run(moment, told, *gap)
+    trajectory, after = runs.run(moment, told(level), *gap)
     return Breath(
         span=breath if level > 0.0 else None,
         level=level,
         volume=float(trajectory.lung[-1]),
         wanted=wanted,
         evaluations=len(tried) + 1,
-        score=told,
+        score=told(level),
         moment=after,
         trajectory=trajectory,
     )

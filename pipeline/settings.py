@@ -241,6 +241,7 @@ class FollowSettings:
     frames_per_s : of the trajectory
     max_duration_s : longer sounds are refused: name a part
     motion : whether back and shoulders are moved on top
+    strength : factor on the flow of coughs, sneezes and breaths (a laugh has pressure.intensity)
     """
 
     kind: str
@@ -257,8 +258,11 @@ class FollowSettings:
     frames_per_s: float
     max_duration_s: float
     motion: bool
+    strength: float
 
     def __post_init__(self) -> None:
+        if not 0.0 < self.strength <= 2.0:
+            raise ValueError("strength is over 0 and at most 2.")
         if self.kind not in ("auto", "laugh", "cough", "sneeze", "breath"):
             raise ValueError("kind is auto, laugh, cough, sneeze or breath.")
         if self.lung not in ("two_way", "one_way"):
