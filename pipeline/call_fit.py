@@ -126,7 +126,13 @@ def normalised_rms(simulated: Floats, desired: Floats) -> float:
 
 
 def fit_call(
-    task: CallTask, guesses: Sequence[Floats], tonic: float, settings: FollowSettings, seed: int
+    task: CallTask,
+    guesses: Sequence[Floats],
+    tonic: float,
+    settings: FollowSettings,
+    seed: int,
+    *,
+    worth: bool = True,
 ) -> CallFit:
     """Fit a call.
 
@@ -134,12 +140,16 @@ def fit_call(
     ----------
     guesses : seven parameters each, to start from
     tonic : level of the abdomen's tonic effort at the call's start
+    worth : whether a search comes after the linear steps
     """
     began = time.monotonic()
-    start, level = _linear_steps(task, guesses, tonic, settings.linear_steps)
-    left = max(1, settings.n_evaluations - len(task.trace))
-    found = search(task, start, level, settings, left, settings.algorithm, seed)
-    values = task.space.values(found.best)
+    values, level = _linear_steps(task, guesses, tonic, settings.linear_steps)
+    left, stop = settings.n_evaluations - len(task.trace), Stop.NO_SEARCH
+    if left > 0 and worth:
+        found = search(task, values, level, settings, left, settings.algorithm, seed)
+        stop = found.stop
+        if found.cost <= min(task.trace):
+            values = task.space.values(found.best)
     score = task.told(values, level)
     # the best run once more, to go on from
     best = task.runs.each(task.moment, [score], task.space.start, task.space.end)[0]
@@ -156,7 +166,7 @@ def fit_call(
         evaluations=len(task.trace),
         seconds=time.monotonic() - began,
         trace=np.array(task.trace),
-        stop=found.stop,
+        stop=stop,
         warnings=bound_warnings(PARAMETERS, values, low, high),
         score=score,
         moment=best[1],
@@ -198,6 +208,7 @@ def search(
         max_evaluations=budget,
         tolerance=settings.tolerance,
         penalty=PENALTY,
+        goal=settings.goal,
         seed=seed,
     )
 

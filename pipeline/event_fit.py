@@ -152,8 +152,12 @@ def _draw_breath(
 
 
 def _larynx(score: Score, burst: Burst) -> Score:
-    """Closed, then opening."""
+    """Closed, then opening; the diaphragm is active until it opens (cough.xml of the library)."""
     of = numbers()
+    held = score.level("diaphragm")
+    if held > 0.0:
+        gone = burst.start + of["opening_time"]
+        score = score.line("diaphragm", (burst.start, held), (gone, 0.0))
     if burst.start - burst.closed < 2e-3:
         return score
     opened = burst.start + of["opening_time"]

@@ -182,7 +182,8 @@ def _told_laugh(folder: Path, sound: Sound, runs: TorsoRuns, job: Job) -> Told:
     settings, desired = job.section("follow"), desired_laugh(folder)
     span = (sound.start, sound.start + sound.duration)
     fit = laugh_fit.fit_laugh(desired, span, runs, settings, job.seed)
-    plan, rms = fit.plan, [one.rms for one in fit.calls]
+    plan, rms = fit.plan, np.array([one.rms for one in fit.calls if np.isfinite(one.rms)])
+    rms = rms if len(rms) else np.array([np.nan])
     origin = plan.origin
     used = [(bout.start + origin, bout.end + origin) for bout in plan.bouts]
     return Told(
@@ -201,10 +202,11 @@ def _told_laugh(folder: Path, sound: Sound, runs: TorsoRuns, job: Job) -> Told:
         traces=compare_searches(fit, runs, settings, job.seed),
         content={
             "in_short": f"median error of a call {np.median(rms):.2f} of no pressure",
-            "n_calls": len(rms),
+            "n_calls": len(fit.calls),
+            "n_calls_without_error": sum(not np.isfinite(one.rms) for one in fit.calls),
             "median_rms_normalised": float(np.median(rms)),
             "largest_rms_normalised": float(np.max(rms)),
-            "n_calls_over_0_16": int(np.sum(np.array(rms) > 0.16)),
+            "n_calls_over_0_16": int(np.sum(rms > 0.16)),
             "evaluations": fit.evaluations,
             "seconds_of_calls": sum(c.fit.seconds for c in fit.calls),
             "lag_ms": 1e3 * fit.probe.lag,

@@ -46,7 +46,8 @@ class CallResult:
     number : of calls.csv
     fit, space, pressure : the fit, its bounds and the desired pressure, Pa, step by step
     started : the moment before it; before : the score before it
-    rms : over the call alone, without the onset of a bout
+    rms : over the call alone, without the onset of a bout; not a number for a call that asks for
+        next to nothing, where a share of it means nothing
     """
 
     number: int
@@ -201,7 +202,7 @@ def _fit_bout(
     done: list[CallResult] = []
     for number, call in enumerate(bout.calls):
         n_steps = round((call.end - call.start) / runs.step)
-        time = call.start + np.arange(1, n_steps + 1) * runs.step
+        time = call.start + runs.step * np.arange(1.0, n_steps + 1.0)
         pressure = np.interp(time, desired.time, desired.pressure)
         space = CallSpace(start=call.start, end=call.end, most=_most(score, call.start))
         guesses = [first_guess(space, time, pressure, found)]
@@ -210,15 +211,20 @@ def _fit_bout(
             louder = float(np.ptp(pressure) / max(np.ptp(last.pressure), 1e-9))
             guesses.append(last.space.moved(last.fit.values, space, louder))
         task = CallTask(runs=runs, moment=moment, score=score, space=space, pressure=pressure)
-        fit = fit_call(task, guesses, tonic, settings, seed)
+        loud = _size(pressure) >= numbers()["quiet_call"] * PASCAL_PER_CMH2O
+        fit = fit_call(task, guesses, tonic, settings, seed, worth=loud)
         sounding = time > call.start + (ONSET if number == 0 else 0.0)
         one = CallResult(
             number=call.call, fit=fit, space=space, pressure=pressure, started=moment, before=score,
-            rms=_rms(fit, pressure, sounding),
+            rms=_rms(fit, pressure, sounding) if loud else float("nan"),
         )  # fmt: skip
         done.append(one)
         score, moment, tonic = fit.score, fit.moment, fit.tonic
     return done
+
+
+def _size(pressure: Floats) -> float:
+    return float(np.sqrt(np.mean(np.square(pressure))))
 
 
 def _rms(fit: CallFit, pressure: Floats, part: NDArray[np.bool_]) -> float:
@@ -238,13 +244,20 @@ def _most(score: Score, start: float) -> Floats:
     brake = of["most_burst"] - of["diaphragm_tonic"]
     room = [intercostals - tails.get(INTERCOSTALS, 0.0), tonic - tails.get(ABDOMEN, 0.0)]
     room.append(brake - tails.get("diaphragm", 0.0))
-    return np.maximum(np.array(room), 0.02)
+    return np.asarray(np.maximum(room, 0.02))
 
 
 def warnings_of(fit: LaughFit) -> list[str]:
     """What a person should know of a laugh."""
     litre = CUBIC_METRE_PER_LITRE
     out = [f"call {c.number}: {line}" for c in fit.calls for line in c.fit.warnings]
+    quiet = [str(c.number) for c in fit.calls if not np.isfinite(c.rms)]
+    if quiet:
+        out.append(
+            f"calls {', '.join(quiet)} ask for less than {numbers()['quiet_call']:g} cmH2O:"
+            " followed without a search, and no error is stated for them; the map 'power'"
+            " (pressure.map) gives quiet calls more pressure"
+        )
     for number, (need, begun) in enumerate(zip(fit.needed, fit.begun, strict=True), start=1):
         there = begun - fit.air.floor
         if need > there + 0.1 * litre:
@@ -263,7 +276,7 @@ def call_columns(fit: LaughFit) -> dict[int, dict[str, Any]]:
         for name in ("expiratory_start_s", "diaphragm_start_s"):
             values[name] += fit.plan.origin
         out[one.number] = {
-            "rms_normalised": f"{one.rms:.4f}",
+            "rms_normalised": f"{one.rms:.4f}" if np.isfinite(one.rms) else "",
             "evaluations": str(one.fit.evaluations),
             "seconds": f"{one.fit.seconds:.2f}",
             **{name: f"{value:.4f}" for name, value in values.items()},

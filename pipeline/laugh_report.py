@@ -128,7 +128,7 @@ def context(folder: Path) -> dict[str, Any]:
     fitted = [
         {"call": row["call"], **{key: row[key] for key in more if key != "at_bound"}}
         for row in calls
-        if row.get("rms_normalised")
+        if row.get("evaluations")
     ]
     audio, span = _audio(folder)
     script, digest = _script()

@@ -29,7 +29,7 @@ def compare_searches(
         return {}
     loud = max(fit.calls, key=lambda one: float(one.pressure.max()))
     n = len(loud.pressure)
-    time = loud.space.start + np.arange(1, n + 1) * runs.step
+    time = loud.space.start + runs.step * np.arange(1.0, n + 1.0)
     guess = first_guess(loud.space, time, loud.pressure, fit.probe)
     traces = {f"call {loud.number}, as fitted": loud.fit.trace}
     for algorithm in settings.compared:
@@ -37,7 +37,7 @@ def compare_searches(
             runs=runs, moment=loud.started, score=loud.before, space=loud.space,
             pressure=loud.pressure,
         )  # fmt: skip
-        plain = replace(settings, n_starts=1)
+        plain = replace(settings, n_starts=1, goal=0.0)
         search(task, guess, loud.fit.tonic, plain, settings.compared_evaluations, algorithm, seed)
         name = WORDS.get(algorithm, f"{algorithm.replace('_', ' ')} from the sound's guess")
         traces[name] = np.array(task.trace)

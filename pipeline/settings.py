@@ -237,6 +237,7 @@ class FollowSettings:
     n_starts : searches side by side, each with a smaller first step
     linear_steps : steps before the search that take pressure as proportional to activation
     first_step, tolerance : of the search, in the unit box of the parameters
+    goal : normalised error at which a search ends
     step_s : of the simulation
     frames_per_s : of the trajectory
     max_duration_s : longer sounds are refused: name a part
@@ -254,6 +255,7 @@ class FollowSettings:
     linear_steps: int
     first_step: float
     tolerance: float
+    goal: float
     step_s: float
     frames_per_s: float
     max_duration_s: float
@@ -271,6 +273,8 @@ class FollowSettings:
             raise ValueError("n_evaluations, compared_evaluations and n_starts are 1 or more.")
         if self.linear_steps < 0 or not 0.0 < self.first_step <= 1.0 or self.tolerance <= 0.0:
             raise ValueError("linear_steps is 0 or more, first_step in 0 to 1, tolerance over 0.")
+        if self.goal < 0.0:
+            raise ValueError("goal is 0 or more.")
         if not 5e-4 <= self.step_s <= 2e-3 or not 1.0 <= self.frames_per_s <= 200.0:
             raise ValueError("step_s is from 0.0005 to 0.002, frames_per_s from 1 to 200.")
 
