@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from pipeline.score import Score
     from pipeline.settings import FollowSettings
     from pipeline.torso_runs import TorsoRuns
+    from sim.resting import RestingTorso
 
 Floats = NDArray[np.float64]
 CONTROL, TRAJECTORY, TABLE = "control.xml", "trajectory.h5", "followed.csv"
@@ -113,14 +115,21 @@ def _kind(folder: Path, settings: FollowSettings) -> tuple[str, str]:
     )
 
 
-def _runs(job: Job, settings: FollowSettings, processes: int) -> tuple[TorsoRuns, tuple[str, ...]]:
-    from pipeline.population import subject_size
-    from pipeline.torso_runs import TorsoRuns
+@cache
+def _resting(sex: str, stature: float, mass: float) -> RestingTorso:
+    """The subject's torso at rest; solving it costs as much as a call."""
     from sim.model.torso import Subject
     from sim.resting import rest_torso
 
+    return rest_torso(Subject(sex=sex, stature=stature, mass=mass))
+
+
+def _runs(job: Job, settings: FollowSettings, processes: int) -> tuple[TorsoRuns, tuple[str, ...]]:
+    from pipeline.population import subject_size
+    from pipeline.torso_runs import TorsoRuns
+
     size = subject_size(job.subject)
-    resting = rest_torso(Subject(sex=size.sex, stature=size.stature, mass=size.mass))
+    resting = _resting(size.sex, size.stature, size.mass)
     step = min(settings.step_s, resting.torso.parameters["longest_step"])
     runs = TorsoRuns(
         resting=resting, posture=job.subject["posture"], step=step, lung=settings.lung,

@@ -95,7 +95,8 @@ def air_used(
     linear, quadratic : of the airway, Pa s/m^3 and Pa s^2/m^6
     """
     drive, k = np.maximum(pressure, 0.0), linear + larynx
-    flow = 2.0 * drive / (k + np.sqrt(k * k + 4.0 * quadratic * drive))
+    # the tiny term keeps nothing over nothing out, where neither pressure nor resistance is
+    flow = 2.0 * drive / (k + np.sqrt(k * k + 4.0 * quadratic * drive) + 1e-30)
     return float(np.trapezoid(flow, time))
 
 
