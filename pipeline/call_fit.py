@@ -33,6 +33,8 @@ NUDGES = np.array([0.04, 0.02, 0.02, 0.02])
 """Changes of the three amplitudes and of the tonic level that show what each does."""
 TIMING_NUDGE = 0.05
 """The same for start and frequency, of their range."""
+SILENT = 0.005
+"""Amplitude under which a muscle takes no part in a call."""
 REACH = (-4.0, 8.0)
 """Least and most nudges of one linear step."""
 SHARES = (1.0, 0.5)
@@ -167,11 +169,21 @@ def fit_call(
         seconds=time.monotonic() - began,
         trace=np.array(task.trace),
         stop=stop,
-        warnings=bound_warnings(PARAMETERS, values, low, high),
+        warnings=_at_bounds(values, low, high),
         score=score,
         moment=best[1],
         trajectory=best[0],
     )
+
+
+def _at_bounds(values: Floats, low: Floats, high: Floats) -> tuple[str, ...]:
+    """Warnings of parameters at a bound; when a silent muscle starts means nothing."""
+    silent = (values[0] < SILENT and values[1] < SILENT, values[4] < SILENT)
+    moot = {2, 3} if silent[0] else set()
+    moot |= {5, 6} if silent[1] else set()
+    kept = [k for k in range(len(PARAMETERS)) if k not in moot]
+    names = tuple(PARAMETERS[k] for k in kept)
+    return bound_warnings(names, values[kept], low[kept], high[kept])
 
 
 def search(

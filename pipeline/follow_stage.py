@@ -227,6 +227,7 @@ def _told_laugh(folder: Path, sound: Sound, runs: TorsoRuns, job: Job) -> Told:
             "inspiratory_levels": [round(one.level, 3) for one in fit.breaths],
             "asked_s": used,
             "stops": sorted({str(c.fit.stop) for c in fit.calls}),
+            "at_bound": laugh_fit.bound_lines(fit),
             "warnings": laugh_fit.warnings_of(fit),
         },
     )

@@ -247,10 +247,19 @@ def _most(score: Score, start: float) -> Floats:
     return np.asarray(np.maximum(room, 0.02))
 
 
+def bound_lines(fit: LaughFit) -> list[str]:
+    """One line for every parameter and side: the calls in which it lies at that bound."""
+    found: dict[str, list[str]] = {}
+    for one in fit.calls:
+        for line in one.fit.warnings:
+            found.setdefault(line.split(" (")[0], []).append(str(one.number))
+    return [f"{what} in call {', '.join(calls)}" for what, calls in sorted(found.items())]
+
+
 def warnings_of(fit: LaughFit) -> list[str]:
     """What a person should know of a laugh."""
     litre = CUBIC_METRE_PER_LITRE
-    out = [f"call {c.number}: {line}" for c in fit.calls for line in c.fit.warnings]
+    out = bound_lines(fit)
     quiet = [str(c.number) for c in fit.calls if not np.isfinite(c.rms)]
     if quiet:
         out.append(

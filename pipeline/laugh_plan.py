@@ -80,7 +80,8 @@ def air_of(runs: TorsoRuns) -> Air:
     capacity = constants.total_capacity - constants.residual_volume
     above = constants.residual_volume + of["most_volume"] * capacity - rest
     if runs.lung == "one_way":
-        rest = float(runs.run(runs.rest, Score(), 0.0, runs.step)[0].lung[0])
+        still = Score().line("abdomen", (0.0, 0.0))
+        rest = float(runs.run(runs.rest, still, 0.0, runs.step)[0].lung[0])
     return Air(rest=rest, floor=rest - below, most=rest + above)
 
 

@@ -29,6 +29,9 @@ HEAD = (
     "bouts",
     "calls",
     "in_short",
+    "at_bound",
+    "events",
+    "asked_s",
 )
 FIGURES = ("calls", "spectrogram", "followed", "search")
 SECTIONS = (
@@ -160,7 +163,9 @@ def context(folder: Path) -> dict[str, Any]:
         "call_columns": tables.columns(shown),
         "fitted": fitted,
         "fitted_columns": tables.columns(fitted),
-        "at_bound": [f"call {r['call']}: {r['at_bound']}" for r in calls if r.get("at_bound")],
+        "at_bound": follow.get("at_bound", []),
+        "events": follow.get("events", []),
+        "event_columns": tables.columns(follow.get("events", [])),
         "warnings": page.messages(records),
     }
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.call_fit import CallTask, search
-from pipeline.laugh_fit import LaughFit, first_guess
+from pipeline.laugh_fit import LaughFit
 from pipeline.settings import FollowSettings
 from pipeline.torso_runs import TorsoRuns
 
@@ -23,22 +23,20 @@ def compare_searches(
     """Errors of the loudest call in the order of evaluation, by the name of the search.
 
     The default starts from what the call before found and from linear steps; the compared ones
-    from the guess that the sound alone gives, at the same tonic level.
+    from the middle of the bounds, at the same tonic level, as if nothing were known.
     """
     if not settings.compared:
         return {}
     loud = max(fit.calls, key=lambda one: float(one.pressure.max()))
-    n = len(loud.pressure)
-    time = loud.space.start + runs.step * np.arange(1.0, n + 1.0)
-    guess = first_guess(loud.space, time, loud.pressure, fit.probe)
+    middle = loud.space.values(np.full(len(loud.fit.values), 0.5))
     traces = {f"call {loud.number}, as fitted": loud.fit.trace}
     for algorithm in settings.compared:
         task = CallTask(
             runs=runs, moment=loud.started, score=loud.before, space=loud.space,
             pressure=loud.pressure,
         )  # fmt: skip
-        plain = replace(settings, n_starts=1, goal=0.0)
-        search(task, guess, loud.fit.tonic, plain, settings.compared_evaluations, algorithm, seed)
-        name = WORDS.get(algorithm, f"{algorithm.replace('_', ' ')} from the sound's guess")
+        plain = replace(settings, n_starts=1, goal=0.0, first_step=0.25)
+        search(task, middle, loud.fit.tonic, plain, settings.compared_evaluations, algorithm, seed)
+        name = WORDS.get(algorithm, f"{algorithm.replace('_', ' ')} (local)")
         traces[name] = np.array(task.trace)
     return traces
