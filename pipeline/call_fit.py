@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
 
 from pipeline.call_effort import (
     ABDOMEN,
-    AMPLITUDES,
     INTERCOSTALS,
     PARAMETERS,
     CallSpace,
     with_call,
 )
+from pipeline.linear_steps import linear_steps
 from pipeline.optimise import Search, Stop, bound_warnings, minimise
 from pipeline.score import Score, numbers
 from pipeline.settings import FollowSettings
@@ -29,18 +28,8 @@ Floats = NDArray[np.float64]
 
 PENALTY = 10.0
 """Cost of a run that the torso cannot do: ten times no pressure at all."""
-NUDGES = np.array([0.04, 0.02, 0.02, 0.02])
-"""Changes of the three amplitudes and of the tonic level that show what each does."""
-TIMING_NUDGE = 0.05
-"""The same for start and frequency, of their range."""
 SILENT = 0.005
 """Amplitude under which a muscle takes no part in a call."""
-REACH = (-4.0, 8.0)
-"""Least and most nudges of one linear step."""
-SHARES = (1.0, 0.5)
-"""Of the linear step that are tried: pressure is not quite in proportion."""
-RIDGE = 0.02
-"""How dear a change is: a nudge's worth, beside the pressure that is missing as a whole."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -145,7 +134,7 @@ def fit_call(
     worth : whether a search comes after the linear steps
     """
     began = time.monotonic()
-    values, level = _linear_steps(task, guesses, tonic, settings.linear_steps)
+    values, level = linear_steps(task, guesses, tonic, settings.linear_steps)
     left, stop = settings.n_evaluations - len(task.trace), Stop.NO_SEARCH
     if left > 0 and worth:
         found = search(task, values, level, settings, left, settings.algorithm, seed)
@@ -223,77 +212,3 @@ def search(
         goal=settings.goal,
         seed=seed,
     )
-
-
-def _linear_steps(
-    task: CallTask, guesses: Sequence[Floats], tonic: float, steps: int
-) -> tuple[Floats, float]:
-    """The best guess, bettered as if pressure answered in proportion; and the tonic level."""
-    at, run = _best_of(task, [(guess, tonic) for guess in guesses])
-    for number in range(steps):
-        if run is None:
-            break
-        better, after = _linear_step(task, at, run, timing=number > 0)
-        if task.cost(after) >= task.cost(run):
-            break
-        at, run = better, after
-    return at
-
-
-Tried = tuple[Floats, float]
-
-
-def _best_of(task: CallTask, tried: Sequence[Tried]) -> tuple[Tried, Run | None]:
-    runs = task.run(tried)
-    best = int(np.argmin([task.cost(run) for run in runs]))
-    return tried[best], runs[best]
-
-
-def _linear_step(task: CallTask, at: Tried, run: Run, *, timing: bool) -> tuple[Tried, Run | None]:
-    """Move each number a little, then all together by what least squares say of the answers."""
-    moves = _moves(task, *at, timing=timing)
-    answers = task.run([move(1.0) for move in moves])
-    good = [
-        (move, task.answer(answer) - task.answer(run))
-        for move, answer in zip(moves, answers, strict=True)
-        if answer is not None
-    ]
-    if not good:
-        return at, None
-    rows = np.array([answer for _, answer in good])
-    dear = RIDGE * float(np.linalg.norm(task.pressure)) * np.eye(len(good))
-    missing = np.concatenate([task.pressure - task.answer(run), np.zeros(len(good))])
-    amount = lsq_linear(np.vstack([rows.T, dear]), missing, bounds=REACH).x
-    tried = []
-    for share in SHARES:
-        values, tonic = at
-        for (move, _), many in zip(good, amount, strict=True):
-            moved, level = move(share * float(many))
-            values, tonic = values + moved - at[0], tonic + level - at[1]
-        inside = task.space.values(task.space.unit(values))
-        tried.append((inside, float(np.clip(tonic, 0.0, numbers()["most_tonic"]))))
-    return _best_of(task, tried)
-
-
-Move = Callable[[float], Tried]
-
-
-def _moves(task: CallTask, values: Floats, level: float, *, timing: bool) -> list[Move]:
-    """Changes of one number each; the argument says how many nudges."""
-    low, high = task.space.bounds
-
-    def change(k: int, size: float) -> Move:
-        def move(many: float) -> Tried:
-            out = values.copy()
-            out[k] += many * size
-            return out, level
-
-        return move
-
-    def up(many: float) -> Tried:
-        return values, level + many * float(NUDGES[3])
-
-    moves = [change(k, float(size)) for k, size in zip(AMPLITUDES, NUDGES[:3], strict=True)]
-    if timing:
-        moves += [change(k, TIMING_NUDGE * float(high[k] - low[k])) for k in (2, 3, 5, 6)]
-    return [*moves, up]

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,52 +18,19 @@ from sim.units import CUBIC_METRE_PER_LITRE, PASCAL_PER_CMH2O
 
 if TYPE_CHECKING:
     from pipeline.audio import Sound
+    from pipeline.follow_write import Told
     from pipeline.followed import Followed
-    from pipeline.score import Score
     from pipeline.settings import FollowSettings
     from pipeline.torso_runs import TorsoRuns
     from sim.resting import RestingTorso
 
 Floats = NDArray[np.float64]
-CONTROL, TRAJECTORY, TABLE = "control.xml", "trajectory.h5", "followed.csv"
-TABLE_RATE = 50.0
-"""Rows a second of followed.csv."""
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Told:
-    """What any kind of sound leads to.
-
-    Parameters
-    ----------
-    score, origin, end : what the torso is told; s in the file at which it begins; its length, s
-    quantity : "pressure" or "flow"
-    time, desired, low, high : (n,), s in the file, and in SI units what it was asked for
-    asked : start and end, s in the file, of where that counts
-    spans, breaths : calls or events, and breaths in, s in the file
-    rows : further columns of calls.csv by the number of the call
-    content : figures for the record
-    traces : errors of the searches of one call, by name
-    """
-
-    score: Score
-    origin: float
-    end: float
-    quantity: str
-    time: Floats
-    desired: Floats
-    low: Floats
-    high: Floats
-    asked: Sequence[tuple[float, float]]
-    spans: Sequence[tuple[float, float]]
-    breaths: Sequence[tuple[float, float]]
-    rows: dict[int, dict[str, Any]]
-    content: dict[str, Any]
-    traces: dict[str, Floats] = field(default_factory=dict)
 
 
 def follow(job: Job, folder: Path, processes: int) -> Content:
     """Let the torso follow the sound."""
+    from pipeline.follow_write import write_followed
+
     settings, sound = job.section("follow"), _sound(folder)
     if sound.duration > settings.max_duration_s:
         raise InputError(
@@ -75,7 +41,7 @@ def follow(job: Job, folder: Path, processes: int) -> Content:
     runs, notes = _runs(job, settings, processes)
     told = _told(kind, folder, sound, runs, job)
     done = _play(told, runs)
-    _write(job, folder, told, done, runs)
+    write_followed(job, folder, told, done, runs)
     r = done.correlation()
     litre = CUBIC_METRE_PER_LITRE
     return {
@@ -147,6 +113,7 @@ def _told(kind: str, folder: Path, sound: Sound, runs: TorsoRuns, job: Job) -> T
 def _told_event(kind: str, sound: Sound, runs: TorsoRuns, job: Job) -> Told:
     from pipeline.event_fit import fit_breaths, fit_bursts
     from pipeline.event_plan import find_events
+    from pipeline.follow_write import Told
 
     settings = job.section("follow")
     events = find_events(sound, kind, settings.strength)
@@ -185,7 +152,9 @@ def _told_event(kind: str, sound: Sound, runs: TorsoRuns, job: Job) -> Told:
 
 def _told_laugh(folder: Path, sound: Sound, runs: TorsoRuns, job: Job) -> Told:
     from pipeline import laugh_fit
+    from pipeline.follow_write import Told
     from pipeline.laugh import desired_laugh
+    from pipeline.laugh_words import bound_lines, call_columns, volumes_litre, warnings_of
     from pipeline.search_comparison import compare_searches
 
     settings, desired = job.section("follow"), desired_laugh(folder)
@@ -207,7 +176,7 @@ def _told_laugh(folder: Path, sound: Sound, runs: TorsoRuns, job: Job) -> Told:
         asked=[(used[0][0], used[-1][1])],
         spans=[(c.space.start + origin, c.space.end + origin) for c in fit.calls],
         breaths=[(b.span[0] + origin, b.span[1] + origin) for b in fit.breaths if b.span],
-        rows=laugh_fit.call_columns(fit),
+        rows=call_columns(fit),
         traces=compare_searches(fit, runs, settings, job.seed),
         content={
             "in_short": f"median error of a call {np.median(rms):.2f} of no pressure",
@@ -219,16 +188,16 @@ def _told_laugh(folder: Path, sound: Sound, runs: TorsoRuns, job: Job) -> Told:
             "evaluations": fit.evaluations,
             "seconds_of_calls": sum(c.fit.seconds for c in fit.calls),
             "lag_ms": 1e3 * fit.probe.lag,
-            "air_foreseen_l": laugh_fit.volumes_litre(fit.needed),
-            "volume_at_start_of_bouts_over_rest_l": laugh_fit.volumes_litre(
+            "air_foreseen_l": volumes_litre(fit.needed),
+            "volume_at_start_of_bouts_over_rest_l": volumes_litre(
                 [begun - fit.air.rest for begun in fit.begun]
             ),
-            "air_used_by_bouts_l": laugh_fit.volumes_litre(fit.used),
+            "air_used_by_bouts_l": volumes_litre(fit.used),
             "inspiratory_levels": [round(one.level, 3) for one in fit.breaths],
             "asked_s": used,
             "stops": sorted({str(c.fit.stop) for c in fit.calls}),
-            "at_bound": laugh_fit.bound_lines(fit),
-            "warnings": laugh_fit.warnings_of(fit),
+            "at_bound": bound_lines(fit),
+            "warnings": warnings_of(fit),
         },
     )
 
@@ -250,94 +219,6 @@ def _play(told: Told, runs: TorsoRuns) -> Followed:
         time=time, desired=desired, low=low, high=high, asked=asked, quantity=told.quantity,
         rest=air_of(runs).rest, start=told.origin, end=told.origin + told.end, **got,
     )  # fmt: skip
-
-
-def _write(job: Job, folder: Path, told: Told, done: Followed, runs: TorsoRuns) -> None:
-    from pipeline.followed import in_space
-    from sim.control.writer import write_controls
-    from sim.trajectory import save_motion
-
-    settings = job.section("follow")
-    controls = told.score.controls(
-        step=runs.step,
-        name=job.name,
-        duration=told.end,
-        cycle=told.end,
-        frames=settings.frames_per_s,
-        posture=runs.posture,
-        source=f"made from the sound of {job.name}, Pleura {job.version}",
-        note=f"time 0 is {told.origin:.3f} s in the sound's file; simulate with --subject"
-        f" {job.subject['subject']}",
-    )
-    write_controls(folder / CONTROL, controls)
-    moved = in_space(runs, controls, told.end)
-    save_motion(
-        folder / TRAJECTORY,
-        moved,
-        {
-            "version": job.version, "seed": job.seed, "style": job.name,
-            "subject": job.subject["subject"], "posture": runs.posture,
-        },
-    )  # fmt: skip
-    records.save(done, folder / "follow.npz")
-    records.write_rows(folder / TABLE, _rows(done))
-    if told.rows:
-        calls_file.add_columns(folder / calls_file.TABLE, told.rows)
-    _draw(folder, told, done)
-
-
-def _rows(done: Followed) -> list[dict[str, str]]:
-    from sim.simulate import LEVELS
-
-    every = slice(
-        None, None, max(1, round(1.0 / (TABLE_RATE * float(np.median(np.diff(done.time))))))
-    )
-    litre, unit = CUBIC_METRE_PER_LITRE, PASCAL_PER_CMH2O
-    columns = {
-        "time_s": (done.time, 3),
-        ("desired_cmh2o" if done.quantity == "pressure" else "desired_l_s"): (
-            done.desired / (unit if done.quantity == "pressure" else litre), 3,
-        ),
-        "lung_pressure_cmh2o": (done.pressure / unit, 3),
-        "pleural_pressure_cmh2o": (done.pleural / unit, 3),
-        "abdominal_pressure_cmh2o": (done.abdominal / unit, 3),
-        "flow_l_s": (done.flow / litre, 4),
-        "volume_over_rest_l": ((done.lung - done.rest) / litre, 4),
-        **{name: (done.levels[:, k], 4) for k, name in enumerate(LEVELS)},
-    }  # fmt: skip
-    texts = {
-        name: [f"{value:.{digits}f}" for value in values[every]]
-        for name, (values, digits) in columns.items()
-    }
-    return [dict(zip(texts, row, strict=True)) for row in zip(*texts.values(), strict=True)]
-
-
-def _draw(folder: Path, told: Told, done: Followed) -> None:
-    from pipeline.draw.follow import followed_svg, search_svg
-    from sim.simulate import LEVELS
-
-    litre = CUBIC_METRE_PER_LITRE
-    flow = told.quantity == "flow"
-    unit = litre if flow else PASCAL_PER_CMH2O
-    drawing = followed_svg(
-        time=done.time,
-        desired=done.desired / unit,
-        simulated=done.simulated / unit,
-        low=done.low / unit,
-        high=done.high / unit,
-        what="flow out" if flow else "lung pressure",
-        unit="L/s" if flow else "cmH2O",
-        volume=(done.lung - done.rest) / litre,
-        levels=done.levels,
-        groups=LEVELS,
-        larynx=done.larynx,
-        spans=told.spans,
-        breaths=told.breaths,
-        limits=(done.start, done.end),
-    )
-    records.write_text(folder / "followed.svg", drawing)
-    if told.traces:
-        records.write_text(folder / "search.svg", search_svg(traces=told.traces))
 
 
 def _sound(folder: Path) -> Sound:

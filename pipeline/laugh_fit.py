@@ -2,39 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.call_effort import ABDOMEN, INTERCOSTALS, PARAMETERS, CallSpace
+from pipeline.call_effort import ABDOMEN, INTERCOSTALS, CallSpace
 from pipeline.call_fit import CallFit, CallTask, fit_call, normalised_rms, with_tonic
+from pipeline.call_guess import Probe, first_guess, probe
 from pipeline.inhalation import Breath, breathe_in, breathing
 from pipeline.laugh import DesiredLaugh
 from pipeline.laugh_plan import ONSET, Air, Bout, Plan, air_of, bout_air, bout_lines, make_plan
-from pipeline.score import LARYNX, Score, burst, numbers
+from pipeline.score import Score, numbers
 from pipeline.settings import FollowSettings
 from pipeline.torso_runs import TorsoRuns
 from sim.simulate import Moment
 from sim.units import CUBIC_METRE_PER_LITRE, PASCAL_PER_CMH2O
 
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Probe:
-    """How pressure answers a burst of all expiratory muscles at rest.
-
-    Parameters
-    ----------
-    lag : s from the top of activation to that of pressure
-    gain : Pa of pressure for each unit of the internal intercostals' level
-    """
-
-    lag: float
-    gain: float
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -95,37 +80,9 @@ class LaughFit:
         return sum(c.fit.evaluations for c in self.calls) + sum(b.evaluations for b in self.breaths)
 
 
-def probe(runs: TorsoRuns) -> Probe:
-    """Burst against a laughing larynx, from rest."""
-    of = numbers()
-    height, period = of["lag_probe"], of["probe_period"]
-    share = 1.0 / of["intercostals_per_abdomen"]
-    score = Score().line(LARYNX, (0.0, 0.5 * (of["larynx_low"] + of["larynx_high"])))
-    score = score.add(INTERCOSTALS, burst(0.0, period, height))
-    score = score.add(ABDOMEN, burst(0.0, period, share * height))
-    run, _ = runs.run(runs.rest, score, 0.0, runs.grid(2.0 * period))
-    top = int(np.argmax(run.alveolar))
-    lag = float(run.time[top]) - 0.5 * period
-    return Probe(lag=max(0.0, lag), gain=float(run.alveolar[top]) / height)
-
-
 def on_clock(desired: DesiredLaugh, origin: float) -> DesiredLaugh:
     """The same with the control file's time, for pressure alone."""
     return replace(desired, time=desired.time - origin)
-
-
-def first_guess(space: CallSpace, time: Floats, pressure: Floats, found: Probe) -> Floats:
-    """Parameters of a burst as wide and as high as the pressure, that much earlier as it lags."""
-    share = 1.0 / numbers()["intercostals_per_abdomen"]
-    top, step = int(np.argmax(pressure)), float(time[1] - time[0])
-    middle = 0.5 * (float(pressure.max()) + float(pressure.min()))
-    # a squared sine is above half its height for half its period
-    period = 2.0 * step * max(1, int((pressure > middle).sum()))
-    start = float(time[top]) - found.lag - 0.5 * period
-    height = float(np.ptp(pressure)) / found.gain
-    brake = 0.05 * height
-    raw = np.array([height, share * height, start, 1 / period, brake, start, 1 / period])
-    return space.values(space.unit(raw))
 
 
 def fit_laugh(
@@ -245,61 +202,3 @@ def _most(score: Score, start: float) -> Floats:
     room = [intercostals - tails.get(INTERCOSTALS, 0.0), tonic - tails.get(ABDOMEN, 0.0)]
     room.append(brake - tails.get("diaphragm", 0.0))
     return np.asarray(np.maximum(room, 0.02))
-
-
-def bound_lines(fit: LaughFit) -> list[str]:
-    """One line for every parameter and side: the calls in which it lies at that bound."""
-    found: dict[str, list[str]] = {}
-    for one in fit.calls:
-        for line in one.fit.warnings:
-            found.setdefault(line.split(" (")[0], []).append(str(one.number))
-    return [f"{what} in call {', '.join(calls)}" for what, calls in sorted(found.items())]
-
-
-def warnings_of(fit: LaughFit) -> list[str]:
-    """What a person should know of a laugh."""
-    litre = CUBIC_METRE_PER_LITRE
-    out = bound_lines(fit)
-    quiet = [str(c.number) for c in fit.calls if not np.isfinite(c.rms)]
-    if quiet:
-        out.append(
-            f"calls {', '.join(quiet)} ask for less than {numbers()['quiet_call']:g} cmH2O:"
-            " followed without a search, and no error is stated for them; the map 'power'"
-            " (pressure.map) gives quiet calls more pressure"
-        )
-    for number, (need, begun) in enumerate(zip(fit.needed, fit.begun, strict=True), start=1):
-        there = begun - fit.air.floor
-        if need > there + 0.1 * litre:
-            out.append(
-                f"bout {number}: needs {need / litre:.1f} L and has {there / litre:.1f} L; lower"
-                " pressure.intensity, or cut it in two in calls.csv"
-            )
-    return out
-
-
-def call_columns(fit: LaughFit) -> dict[int, dict[str, Any]]:
-    """Further columns of calls.csv by the number of the call; starts in the file's time."""
-    out: dict[int, dict[str, Any]] = {}
-    for one in fit.calls:
-        values = dict(zip(PARAMETERS, one.fit.values.tolist(), strict=True))
-        for name in ("expiratory_start_s", "diaphragm_start_s"):
-            values[name] += fit.plan.origin
-        out[one.number] = {
-            "rms_normalised": f"{one.rms:.4f}" if np.isfinite(one.rms) else "",
-            "evaluations": str(one.fit.evaluations),
-            "seconds": f"{one.fit.seconds:.2f}",
-            **{name: f"{value:.4f}" for name, value in values.items()},
-            "tonic": f"{one.fit.tonic:.4f}",
-            "at_bound": "; ".join(one.fit.warnings),
-        }
-    return out
-
-
-def volumes_litre(values: Sequence[float]) -> list[float]:
-    """Volumes in L."""
-    return [round(v / CUBIC_METRE_PER_LITRE, 3) for v in values]
-
-
-def centimetres(pressure: Floats) -> Floats:
-    """Pressure in cmH2O."""
-    return pressure / PASCAL_PER_CMH2O
