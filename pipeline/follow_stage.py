@@ -174,7 +174,7 @@ def _told_laugh(folder: Path, sound: Sound, runs: TorsoRuns, job: Job) -> Told:
         low=desired.low,
         high=desired.high,
         asked=[(used[0][0], used[-1][1])],
-        spans=[(c.space.start + origin, c.space.end + origin) for c in fit.calls],
+        spans=[(c.span[0] + origin, c.span[1] + origin) for c in fit.calls],
         breaths=[(b.span[0] + origin, b.span[1] + origin) for b in fit.breaths if b.span],
         rows=call_columns(fit),
         traces=compare_searches(fit, runs, settings, job.seed),

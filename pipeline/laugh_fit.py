@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,19 +30,23 @@ class CallResult:
     Parameters
     ----------
     number : of calls.csv
-    fit, space, pressure : the fit, its bounds and the desired pressure, Pa, step by step
+    span : start and end of its sound, s on the control file's clock
+    fit, space, pressure : the fit, its bounds and the desired pressure, Pa, step by step; the
+        part that is fitted begins and ends earlier than the sound by what pressure lags
     started : the moment before it; before : the score before it
-    rms : over the call alone, without the onset of a bout; not a number for a call that asks for
-        next to nothing, where a share of it means nothing
+    loud : whether it asks for enough to state an error
+    rms : normalised, over the sound, of the whole laugh played once; not a number if not loud
     """
 
     number: int
+    span: tuple[float, float]
     fit: CallFit
     space: CallSpace
     pressure: Floats
     started: Moment
     before: Score
-    rms: float
+    loud: bool
+    rms: float = float("nan")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -122,8 +127,9 @@ def fit_laugh(
         calls += done
         score, moment, at = done[-1].fit.score, done[-1].fit.moment, bout.end
     score = _at_rest(score, plan, settings)
+    played = _with_errors(calls, clocked, runs, score, plan.end)
     return LaughFit(
-        plan=plan, air=air, probe=found, calls=tuple(calls), breaths=tuple(breaths),
+        plan=plan, air=air, probe=found, calls=played, breaths=tuple(breaths),
         needed=tuple(needed), begun=tuple(begun), score=score,
     )  # fmt: skip
 
@@ -157,11 +163,11 @@ def _fit_bout(
     """Fit the calls of a bout in turn."""
     score, tonic = with_tonic(score, bout.start, 0.0), 0.0
     done: list[CallResult] = []
-    for number, call in enumerate(bout.calls):
-        n_steps = round((call.end - call.start) / runs.step)
-        time = call.start + runs.step * np.arange(1.0, n_steps + 1.0)
+    for call, (start, end) in zip(bout.calls, _windows(bout, found.lag, runs), strict=True):
+        n_steps = round((end - start) / runs.step)
+        time = start + runs.step * np.arange(1.0, n_steps + 1.0)
         pressure = np.interp(time, desired.time, desired.pressure)
-        space = CallSpace(start=call.start, end=call.end, most=_most(score, call.start))
+        space = CallSpace(start=start, end=end, most=_most(score, start))
         guesses = [first_guess(space, time, pressure, found)]
         if done:
             last = done[-1]
@@ -170,10 +176,10 @@ def _fit_bout(
         task = CallTask(runs=runs, moment=moment, score=score, space=space, pressure=pressure)
         loud = _size(pressure) >= numbers()["quiet_call"] * PASCAL_PER_CMH2O
         fit = fit_call(task, guesses, tonic, settings, seed, worth=loud)
-        sounding = time > call.start + (ONSET if number == 0 else 0.0)
+        first = call.start + (ONSET if not done else 0.0)
         one = CallResult(
-            number=call.call, fit=fit, space=space, pressure=pressure, started=moment, before=score,
-            rms=_rms(fit, pressure, sounding) if loud else float("nan"),
+            number=call.call, span=(first, call.end), fit=fit, space=space, pressure=pressure,
+            started=moment, before=score, loud=loud,
         )  # fmt: skip
         done.append(one)
         score, moment, tonic = fit.score, fit.moment, fit.tonic
@@ -184,8 +190,28 @@ def _size(pressure: Floats) -> float:
     return float(np.sqrt(np.mean(np.square(pressure))))
 
 
-def _rms(fit: CallFit, pressure: Floats, part: NDArray[np.bool_]) -> float:
-    return normalised_rms(fit.trajectory.alveolar[part], pressure[part])
+def _windows(bout: Bout, lag: float, runs: TorsoRuns) -> list[tuple[float, float]]:
+    """Part of each call that is fitted: cut so much before its sound that effort can be felt."""
+    lead = numbers()["lags_ahead"] * lag
+    edges = [bout.start]
+    for call in bout.calls[1:]:
+        least = edges[-1] + 0.5 * (call.start - edges[-1])
+        edges.append(runs.grid(max(least, call.start - lead)))
+    return list(pairwise([*edges, bout.end]))
+
+
+def _with_errors(
+    calls: list[CallResult], desired: DesiredLaugh, runs: TorsoRuns, score: Score, end: float
+) -> tuple[CallResult, ...]:
+    """The calls with the error of each when the whole is played once from rest."""
+    whole, _ = runs.run(runs.rest, score, 0.0, end)
+    asked = np.interp(whole.time, desired.time, desired.pressure)
+
+    def error(one: CallResult) -> float:
+        part = (whole.time > one.span[0]) & (whole.time <= one.span[1])
+        return normalised_rms(whole.alveolar[part], asked[part]) if one.loud else float("nan")
+
+    return tuple(replace(one, rms=error(one)) for one in calls)
 
 
 def _most(score: Score, start: float) -> Floats:
