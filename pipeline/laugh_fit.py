@@ -17,6 +17,7 @@ from pipeline.laugh_plan import ONSET, Air, Bout, Plan, air_of, bout_air, bout_l
 from pipeline.score import Score, numbers
 from pipeline.settings import FollowSettings
 from pipeline.torso_runs import TorsoRuns
+from sim.errors import InputError
 from sim.simulate import Moment
 from sim.units import CUBIC_METRE_PER_LITRE, PASCAL_PER_CMH2O
 
@@ -90,6 +91,17 @@ def on_clock(desired: DesiredLaugh, origin: float) -> DesiredLaugh:
     return replace(desired, time=desired.time - origin)
 
 
+def check_calls(desired: DesiredLaugh) -> None:
+    """Refuse a call that is too short to be followed; only a hand makes such ones."""
+    least = numbers()["least_call"]
+    for call in desired.calls:
+        if call.end - call.start < least:
+            raise InputError(
+                f"calls.csv: call {call.call}: lasts {call.end - call.start:.3f} s, less than"
+                f" {least:g} s. Join it with its neighbour, or write no under 'kept'."
+            )
+
+
 def fit_laugh(
     desired: DesiredLaugh, span: tuple[float, float], runs: TorsoRuns, settings: FollowSettings,
     seed: int,
@@ -101,6 +113,7 @@ def fit_laugh(
     desired : in the file's time
     span : start and end of the sound in its file, s
     """
+    check_calls(desired)
     plan, needed_first = _first_plan(desired, span, runs)
     clocked, air, found = on_clock(desired, plan.origin), air_of(runs), probe(runs)
     score, moment, at = Score(), runs.rest, 0.0

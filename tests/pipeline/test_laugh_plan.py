@@ -11,8 +11,10 @@ import pytest
 from pipeline.calls_file import Call
 from pipeline.inhalation import breathing
 from pipeline.laugh import DesiredLaugh
+from pipeline.laugh_fit import check_calls
 from pipeline.laugh_plan import ONSET, air_used, bout_lines, make_plan
 from pipeline.score import LARYNX, Score, burst, numbers
+from sim.errors import InputError
 from sim.tables import parameters
 from sim.units import CUBIC_METRE_PER_LITRE, PASCAL_PER_CMH2O
 
@@ -115,3 +117,10 @@ def test_overlapping_gaps_of_edited_calls_do_not_cross() -> None:
     plan = make_plan(near, 1.0, 6.0, early=0.0, step=0.002)
     assert plan.bouts[1].start >= plan.bouts[0].end
     assert plan.breaths[1] is None
+
+
+def test_a_call_that_a_hand_made_too_short_is_named() -> None:
+    short = replace(DESIRED, calls=(*CALLS[:1], call(2, 2.2, 2.21, 1)))
+    with pytest.raises(InputError, match=r"calls\.csv: call 2: lasts 0\.010 s"):
+        check_calls(short)
+    check_calls(DESIRED)
