@@ -20,6 +20,7 @@ STAGE_HELP = {
     "audio": "read a sound and tell which kind it is",
     "pressure": "turn the sound of a laugh into lung pressure",
     "calls": "find the calls and bouts of a laugh",
+    "follow": "let the torso follow the sound",
     "report": "write the report of a recording",
 }
 PAGE_HELP = {

@@ -90,6 +90,24 @@ def write_calls(
     write_text(path, stream.getvalue())
 
 
+def add_columns(path: Path, more: Mapping[int, Mapping[str, Any]]) -> None:
+    """Add columns to calls.csv beside what stands there, edited or not.
+
+    Parameters
+    ----------
+    more : by the number of the row, from 1, all with the same keys; other rows stay empty
+    """
+    names = list(next(iter(more.values())))
+    rows: list[dict[str, Any]] = []
+    for number, row in enumerate(_read_rows(path), start=1):
+        rows.append({**row, **dict.fromkeys(names, ""), **more.get(number, {})})
+    stream = io.StringIO()
+    writer = csv.DictWriter(stream, [*COLUMNS, *names], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_text(path, stream.getvalue())
+
+
 def _read_rows(path: Path) -> list[dict[str, str]]:
     """Rows of our columns as text; a table saved with other separators is read too."""
     try:

@@ -18,6 +18,7 @@ from pipeline.settings import (
     AudioSettings,
     CallSettings,
     FitSettings,
+    FollowSettings,
     MarkerSettings,
     PapersSettings,
     PosteriorSettings,
@@ -34,6 +35,7 @@ SECTIONS: dict[str, type] = {
     "audio": AudioSettings,
     "pressure": PressureSettings,
     "calls": CallSettings,
+    "follow": FollowSettings,
     "papers": PapersSettings,
 }
 STUDY_FILE = Path("config/config.yaml")

@@ -19,12 +19,13 @@ SECTIONS_OF = {
     "audio": ("audio", "calls"),
     "pressure": ("audio", "pressure", "calls"),
     "calls": ("calls",),
+    "follow": ("follow",),
     "report": (),
 }
 BREATH, LAUGH = "breath", "laugh"
 CHAINS = {
     BREATH: ("markers", "signature", "fit", "posterior"),
-    LAUGH: ("audio", "pressure", "calls"),
+    LAUGH: ("audio", "pressure", "calls", "follow"),
 }
 """Stages of each kind of recording, in order; each needs those before it."""
 

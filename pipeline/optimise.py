@@ -39,6 +39,7 @@ class Stop(StrEnum):
     BUDGET = "stopped by the budget of runs; more runs may still improve it (fit.n_evaluations)"
     ROUNDOFF = "stopped where rounding hides any progress; the result is usable"
     FAILED = "failed: not one run of the model succeeded"
+    REACHED = "stopped at the error that was asked for"
     NO_SEARCH = "no search was asked for; the best of the first runs is given"
 
 
@@ -144,6 +145,7 @@ def _run_nlopt(
     step: Floats,
     max_evaluations: int,
     tolerance: float,
+    goal: float,
     seed: int,
 ) -> Stop:
     optimiser = nlopt.opt(ALGORITHMS[algorithm], len(start))
@@ -153,6 +155,7 @@ def _run_nlopt(
     optimiser.set_min_objective(lambda point, _gradient: objective(np.array(point)))
     optimiser.set_maxeval(max_evaluations)
     optimiser.set_xtol_abs(np.full(len(start), tolerance))
+    optimiser.set_stopval(goal)
     # nlopt cannot step across a bound: turn the first step inwards where it would
     optimiser.set_initial_step(np.where(start + step > upper, -step, step))
     try:
@@ -161,8 +164,8 @@ def _run_nlopt(
         return Stop.ROUNDOFF
     except nlopt.ForcedStop:
         return Stop.BUDGET
-    reached_budget = optimiser.last_optimize_result() == nlopt.MAXEVAL_REACHED
-    return Stop.BUDGET if reached_budget else Stop.CONVERGED
+    ends = {nlopt.MAXEVAL_REACHED: Stop.BUDGET, nlopt.STOPVAL_REACHED: Stop.REACHED}
+    return ends.get(optimiser.last_optimize_result(), Stop.CONVERGED)
 
 
 def sobol_points(n: int, lower: Floats, upper: Floats, seed: int) -> Floats:
@@ -184,6 +187,7 @@ def minimise(
     tolerance: float,
     penalty: float,
     seed: int,
+    goal: float = -math.inf,
 ) -> Search:
     """Minimise a cost that is evaluated in batches, from several starts in step.
 
@@ -195,6 +199,7 @@ def minimise(
     max_evaluations : of all starts together
     tolerance : a start ends at steps this small
     penalty : cost of a failed run, finite
+    goal : a start ends at a cost this low
     """
     if algorithm not in ALGORITHMS:
         known = ", ".join(ALGORITHMS)
@@ -221,6 +226,7 @@ def minimise(
                 step=np.full(len(lower), step[number]),
                 max_evaluations=max(1, max_evaluations // len(starts)),
                 tolerance=tolerance,
+                goal=goal,
                 seed=seed + number,
             )
         except Exception as error:

@@ -82,7 +82,7 @@ def _libraries() -> Pairs:
     return found
 
 
-def _ran(records: Mapping[str, Mapping[str, Any]]) -> tuple[Pairs, Pairs]:
+def ran(records: Mapping[str, Mapping[str, Any]]) -> tuple[Pairs, Pairs]:
     """Return what ran (versions, seed, times) and every setting, from the stages' records."""
     runs = {stage: record["run"] for stage, record in records.items() if "run" in record}
     facts: Pairs = []
@@ -99,7 +99,8 @@ def _ran(records: Mapping[str, Mapping[str, Any]]) -> tuple[Pairs, Pairs]:
     return facts, list(page.flat(settings))
 
 
-def _subtitle(records: Mapping[str, Mapping[str, Any]]) -> str:
+def subtitle(records: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return who was recorded, from the stages' records."""
     run: Mapping[str, Any] = next((r["run"] for r in records.values() if "run" in r), {})
     person = run.get("subject") or {}
     told = [
@@ -128,10 +129,10 @@ def context(folder: Path) -> dict[str, Any]:
     markers = records["markers"]
     names = dict(zip(markers.get("labels", ()), markers.get("names", ()), strict=False))
     paper = page.read_rows(page.TABLES / "dilorenzo_table_5_2.csv")
-    run_facts, setting_facts = _ran(records)
+    run_facts, setting_facts = ran(records)
     return {
         "name": folder.name,
-        "subtitle": _subtitle(records),
+        "subtitle": subtitle(records),
         "records": records,
         "problem": problem,
         "problem_stage": bad["stage"] if bad else "",

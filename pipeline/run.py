@@ -35,6 +35,14 @@ FILES_OF: dict[str, tuple[str, ...]] = {
     "audio": ("audio.npz",),
     "pressure": ("pressure.npz", "pressure.csv"),
     "calls": ("calls.csv", "calls.TextGrid", "calls.svg", "spectrogram.svg"),
+    "follow": (
+        "follow.npz",
+        "followed.csv",
+        "control.xml",
+        "trajectory.h5",
+        "followed.svg",
+        "search.svg",
+    ),
 }
 
 

@@ -226,6 +226,60 @@ class CallSettings:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
+class FollowSettings:
+    """Letting the torso follow a sound.
+
+    kind : "auto", or what the sound is: "laugh", "cough", "sneeze", "breath"
+    lung : "two_way", or "one_way" as published, which has no larynx
+    algorithm : of the search, one of `pipeline.optimise.ALGORITHMS`
+    compared : searches of the loudest call beside it, for the figure of error against runs
+    n_evaluations : runs for a call; compared_evaluations : of each compared search
+    n_starts : searches side by side, each with a smaller first step
+    linear_steps : steps before the search that take pressure as proportional to activation
+    first_step, tolerance : of the search, in the unit box of the parameters
+    goal : normalised error at which a search ends
+    step_s : of the simulation
+    frames_per_s : of the trajectory
+    max_duration_s : longer sounds are refused: name a part
+    motion : whether back and shoulders are moved on top
+    strength : factor on the flow of coughs, sneezes and breaths (a laugh has pressure.intensity)
+    """
+
+    kind: str
+    lung: str
+    algorithm: str
+    compared: tuple[str, ...]
+    n_evaluations: int
+    compared_evaluations: int
+    n_starts: int
+    linear_steps: int
+    first_step: float
+    tolerance: float
+    goal: float
+    step_s: float
+    frames_per_s: float
+    max_duration_s: float
+    motion: bool
+    strength: float
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.strength <= 2.0:
+            raise ValueError("strength is over 0 and at most 2.")
+        if self.kind not in ("auto", "laugh", "cough", "sneeze", "breath"):
+            raise ValueError("kind is auto, laugh, cough, sneeze or breath.")
+        if self.lung not in ("two_way", "one_way"):
+            raise ValueError("lung is two_way or one_way.")
+        if min(self.n_evaluations, self.compared_evaluations, self.n_starts) < 1:
+            raise ValueError("n_evaluations, compared_evaluations and n_starts are 1 or more.")
+        if self.linear_steps < 0 or not 0.0 < self.first_step <= 1.0 or self.tolerance <= 0.0:
+            raise ValueError("linear_steps is 0 or more, first_step in 0 to 1, tolerance over 0.")
+        if self.goal < 0.0:
+            raise ValueError("goal is 0 or more.")
+        if not 5e-4 <= self.step_s <= 2e-3 or not 1.0 <= self.frames_per_s <= 200.0:
+            raise ValueError("step_s is from 0.0005 to 0.002, frames_per_s from 1 to 200.")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
 class PapersSettings:
     """The page that makes the papers' figures anew.
 

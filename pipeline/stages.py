@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline import records, sound_stages
+from pipeline import follow_stage, records, sound_stages
 from pipeline.job import Job
 from pipeline.report_tables import main_error
 from pipeline.run import Content, Stage
@@ -283,4 +283,5 @@ STAGES: dict[str, Stage] = {
     "fit": fit,
     "posterior": posterior,
     **sound_stages.STAGES,
+    **follow_stage.STAGES,
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from sim.errors import ParameterError, UnstableSimulation
 from sim.model.landmarks import skin_places
 from sim.model.muscles import MUSCLE_GROUPS
 from sim.model.torso import Torso
-from sim.physics.one_way import one_way_run
+from sim.physics.one_way import one_way_follow, one_way_start
 from sim.physics.types import Floats, Ints
 from sim.rest import GRAVITY, Machine, bed, copy_state
 from sim.resting import RestingTorso
@@ -56,6 +57,39 @@ class Trajectory:
     tension: Floats
 
 
+class OneWayLung(NamedTuple):
+    """Where the papers' lung stands: volume and slack volume, m^3, Boyle's constant, Pa m^3."""
+
+    volume: float
+    slack: float
+    boyle: float
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Moment:
+    """A torso between two runs: whatever a run needs to go on where another ended.
+
+    Parameters
+    ----------
+    posture : "upright" or "supine"
+    state : places and speeds; never written to
+    held : (n_contacts,), face of the rib cage beside each particle of the diaphragm
+    one_way : the papers' lung, once a run has had it
+    """
+
+    posture: str
+    state: engine.State
+    held: Ints
+    one_way: OneWayLung | None = None
+
+
+def rest_moment(resting: RestingTorso, posture: str) -> Moment:
+    """The torso at rest."""
+    rest = resting.rest(posture)
+    held = rest.torso.plant.contacts.start
+    return Moment(posture=posture, state=rest.state, held=held)
+
+
 def group_activation(levels: Floats, parameters: Parameters | None = None) -> Floats:
     """Activation of every muscle group from the four levels.
 
@@ -92,11 +126,35 @@ def simulate(
     lung: str | None = None,
     dump: Path | None = None,
 ) -> Trajectory:
-    """Run from rest.
+    """Run from rest; parameters and errors are those of `go_on`."""
+    return go_on(
+        resting, rest_moment(resting, posture), activation, step=step, rate=rate, tension=tension,
+        larynx=larynx, bend=bend, lung=lung, dump=dump,
+    )[0]  # fmt: skip
+
+
+def go_on(
+    resting: RestingTorso,
+    moment: Moment,
+    activation: Floats,
+    *,
+    step: float = BREATH_STEP,
+    rate: float = 50.0,
+    tension: bool = False,
+    larynx: Floats | None = None,
+    bend: Floats | None = None,
+    lung: str | None = None,
+    dump: Path | None = None,
+) -> tuple[Trajectory, Moment]:
+    """Run on from a moment; `moment` itself stays as it is, so that many runs may start from it.
+
+    The step's matrix is made anew at the start, which is all that parts a run in pieces from one in
+    a single piece: under a hundredth of a call's pressure and flow (tests/sim/test_go_on.py).
 
     Parameters
     ----------
     activation : (n_steps, n_groups), in [0, 1]
+    rate : frames a second to keep
     larynx : (n_steps,), Pa s/m^3, resistance of the larynx on top of the open airway's
     bend : (n_steps, 8, 3), rad, rotation vectors of the spine's joints from below;
         `sim.model.spine.spine_bend` makes them
@@ -104,6 +162,10 @@ def simulate(
         at rest, and lung volume, pressures and flow follow from the chest's volume, frame by
         frame; as the parameter set says (`one_way_lung`) unless given
     dump : file for the state just before a divergence
+
+    Returns
+    -------
+    the run, its time counted from the moment, and the moment in which it ended
 
     Raises
     ------
@@ -114,9 +176,10 @@ def simulate(
         lung = LUNGS[int(resting.torso.parameters["one_way_lung"])]
     if lung not in LUNGS:
         raise ParameterError(f"lung is {lung!r}. Use {' or '.join(LUNGS)}.")
-    rest = resting.rest(posture)
-    torso, state = rest.torso, copy_state(rest.state)
+    posture = moment.posture
+    torso, state = resting.rest(posture).torso, copy_state(moment.state)
     machine = Machine(torso)
+    machine.work.held[:] = moment.held
     every = max(1, round(1.0 / (rate * step)))
     n_frames = len(activation) // every
     record = engine.make_record(
@@ -140,10 +203,10 @@ def simulate(
     done = engine.run(machine.bones, torso.plant, machine.work, state, schedule, drive, record)
     if done < len(activation):
         raise UnstableSimulation(_diverged(done * step, machine, state), _dump(dump, state))
-    s = record.scalars
+    s, papers = record.scalars, moment.one_way
     if lung == "one_way":
-        s = _one_way(torso, s, every * step)
-    return Trajectory(
+        s, papers = _one_way(torso, s, every * step, papers)
+    trajectory = Trajectory(
         time=np.arange(1, n_frames + 1, dtype=np.float64) * (every * step),
         qpos=record.qpos,
         soft=record.soft,
@@ -156,17 +219,27 @@ def simulate(
         flow=s[:, 6],
         tension=record.tension,
     )
+    held = machine.work.held.copy()
+    return trajectory, Moment(posture=posture, state=state, held=held, one_way=papers)
 
 
-def _one_way(torso: Torso, scalars: Floats, frame: float) -> Floats:
-    """The frames with the papers' lung in place of what the engine wrote."""
+def _one_way(
+    torso: Torso, scalars: Floats, frame: float, papers: OneWayLung | None
+) -> tuple[Floats, OneWayLung]:
+    """The frames with the papers' lung in place of what the engine wrote, and where it ends."""
     p, out, found = torso.parameters, scalars.copy(), np.empty((len(scalars), 4))
-    one_way_run(
-        np.ascontiguousarray(scalars[:, 1]), frame, p["one_way_share"], p["one_way_compliance"],
-        -p["end_expiratory_pleural"], p["one_way_k"], p["atmosphere"], found,
-    )  # fmt: skip
+    chest, compliance, air = (
+        np.ascontiguousarray(scalars[:, 1]),
+        p["one_way_compliance"],
+        p["atmosphere"],
+    )
+    if papers is None:
+        papers = OneWayLung(*one_way_start(
+            float(chest[0]), p["one_way_share"], compliance, -p["end_expiratory_pleural"], air
+        ))  # fmt: skip
+    one_way_follow(chest, frame, *papers, compliance, p["one_way_k"], air, found)
     out[:, [0, 3, 4, 6]] = found
-    return out
+    return out, papers._replace(volume=float(found[-1, 0]))
 
 
 def _diverged(time: float, machine: Machine, state: engine.State) -> str:

@@ -87,6 +87,12 @@ def planted() -> ModuleType:
     return _script("planted_truth")
 
 
+@pytest.fixture(scope="session")
+def follow_real() -> ModuleType:
+    """The script that lets a torso follow every real sound."""
+    return _script("follow_real")
+
+
 def _section(name: str) -> dict[str, Any]:
     section: dict[str, Any] = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())[name]
     return section

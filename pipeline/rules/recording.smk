@@ -98,6 +98,21 @@ rule calls:
         "pleura calls {wildcards.name:q} --keep-going --job {params.job:q} 2> {log:q}"
 
 
+rule follow:
+    input:
+        "results/{name}/calls.json",
+    output:
+        "results/{name}/follow.json",
+    log:
+        "logs/{name}/follow.log",
+    threads: workflow.cores or 1
+    params:
+        job=lambda w: plan.job(w.name, "follow"),
+    shell:
+        "pleura follow {wildcards.name:q} --keep-going --processes {threads}"
+        " --job {params.job:q} 2> {log:q}"
+
+
 rule report:
     input:
         lambda w: plan.records(w.name),

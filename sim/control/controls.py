@@ -159,20 +159,25 @@ class Controls:
         periods = [c.period for s in self.springs for c in s.curves if c.period is not None]
         return max(periods, default=None)
 
-    def drive(self, duration: float, parameters: Parameters | None = None) -> Drive:
+    def drive(
+        self, duration: float, parameters: Parameters | None = None, *, start: float = 0.0
+    ) -> Drive:
         """What the torso is told in a run of `duration`, s.
 
         Parameters
         ----------
         parameters : that say which groups a level drives, the calibrated set unless given
+        start : s, where the run stands in the file; a piece is told the same as the whole, bit
+            for bit
 
         Raises
         ------
         ControlFileError
             if a value leaves what a muscle, the back or the larynx can do
         """
+        first = round(start / self.run_step)
         n = round(duration / self.run_step)
-        time = np.arange(n, dtype=float) * self.run_step
+        time = np.arange(first, first + n, dtype=float) * self.run_step
         return Drive(self._activation(time, parameters), self._larynx(time), self._bend(time))
 
     def closed_time(self, duration: float) -> float:

@@ -60,23 +60,36 @@ def one_way_step(
 
 
 @compiled
-def one_way_run(
-    chest: Floats, step: float, share: float, compliance: float, recoil: float, k: float,
-    atmosphere: float, out: Floats,
+def one_way_start(
+    chest: float, share: float, compliance: float, recoil: float, atmosphere: float
+) -> tuple[float, float, float]:
+    """Volume of the lung at the start, m^3, slack volume, m^3, and Boyle's constant, Pa m^3.
+
+    Parameters
+    ----------
+    chest : volume of the chest cavity, m^3
+    share : of it that the lung fills
+    recoil : transmural pressure, Pa
+    """
+    volume = share * chest
+    return volume, volume - compliance * recoil, (atmosphere - recoil) * (chest - volume)
+
+
+@compiled
+def one_way_follow(
+    chest: Floats, step: float, volume: float, slack: float, boyle: float, compliance: float,
+    k: float, atmosphere: float, out: Floats,
 ) -> None:  # fmt: skip
     """Follow a chest whose volume is known.
 
     Parameters
     ----------
     chest : (n,), volumes of the chest cavity at the end of each step, m^3
-    share : of the chest cavity that the lung fills at the start
-    recoil : transmural pressure at the start, Pa
+    volume : of the lung before the first step, m^3
+    slack, boyle : of `one_way_start`
     out : (n, 4), lung volume, m^3, lung and pleural pressure over the atmosphere's, Pa, and flow
         out, m^3/s; written
     """
-    volume = share * chest[0]
-    slack = volume - compliance * recoil
-    boyle = (atmosphere - recoil) * (chest[0] - volume)
     for i in range(chest.shape[0]):
         before = volume
         volume = one_way_step(before, chest[i], step, boyle, compliance, slack, k, atmosphere)
@@ -84,3 +97,19 @@ def one_way_run(
         out[i, 1] = pressure_drop(volume, chest[i], boyle, compliance, slack, atmosphere)
         out[i, 2] = boyle / (chest[i] - volume) - atmosphere
         out[i, 3] = (before - volume) / step
+
+
+@compiled
+def one_way_run(
+    chest: Floats, step: float, share: float, compliance: float, recoil: float, k: float,
+    atmosphere: float, out: Floats,
+) -> None:  # fmt: skip
+    """Follow a chest from its start, the lung filling a share of it.
+
+    Parameters
+    ----------
+    chest, out : as in `one_way_follow`
+    share, recoil : as in `one_way_start`
+    """
+    volume, slack, boyle = one_way_start(chest[0], share, compliance, recoil, atmosphere)
+    one_way_follow(chest, step, volume, slack, boyle, compliance, k, atmosphere, out)

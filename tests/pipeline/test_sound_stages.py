@@ -44,7 +44,7 @@ def job_of(stage: str, file: Path, calibration: Path | None = None, **cells: str
 def run(folder: Path, file: Path, calibration: Path | None = None, **cells: str) -> list[str]:
     return [
         run_stage(STAGES[stage], job_of(stage, file, calibration, **cells), folder, 1)
-        for stage in CHAINS[LAUGH]
+        for stage in CHAINS[LAUGH][:3]
     ]
 
 
@@ -116,7 +116,7 @@ def test_a_part_keeps_the_time_of_the_file(data_samples: Path, tmp_path: Path) -
 
 
 def test_a_stage_of_another_kind_is_answered(data_samples: Path) -> None:
-    assert "whose stages are audio, pressure, calls" in job_of("fit", data_samples).problem
+    assert "whose stages are audio, pressure, calls, follow" in job_of("fit", data_samples).problem
 
 
 def test_settings_and_tables_belong_together() -> None:

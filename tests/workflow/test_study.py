@@ -154,7 +154,7 @@ def test_an_edited_table_of_calls_makes_another_job(study, monkeypatch):
     plan = read_plan({})
     assert plan.study.names_of("laugh") == ("ha",)
     assert plan.study.names_of("breath") == ("calm",)
-    assert plan.records("ha")[-1] == "results/ha/calls.json"
+    assert plan.records("ha")[-1] == "results/ha/follow.json"
     assert plan.records("calm")[-1] == "results/calm/posterior.json"
     folder = study.folder / "results" / "ha"
     folder.mkdir(parents=True)
