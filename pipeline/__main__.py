@@ -66,6 +66,9 @@ def _parser() -> argparse.ArgumentParser:
     _add_study(check)
     new = commands.add_parser("new", help="make the folder of a study")
     new.add_argument("study", type=Path, help="a folder that does not exist yet")
+    view = commands.add_parser("view", help="write a page that plays a trajectory")
+    view.add_argument("trajectory", type=Path, metavar="TRAJECTORY.h5")
+    view.add_argument("--out", type=Path, required=True, metavar="PAGE.html")
     commands.add_parser("simulate", help="let the torso breathe by itself", add_help=False)
     commands.add_parser("version", help="print the version")
     return parser
@@ -187,6 +190,13 @@ def _new(options: argparse.Namespace) -> int:
     return 0
 
 
+def _view(options: argparse.Namespace) -> int:
+    from pipeline.view import write_view
+
+    print(write_view(options.trajectory, options.out), flush=True)
+    return 0
+
+
 def _version(options: argparse.Namespace) -> int:
     code = places.fingerprint(places.PACKAGE.parent)
     print(f"pleura {places.version()} (code {code}, in {places.PACKAGE.parent})")
@@ -203,6 +213,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return int(simulate(words[1:]))
         options = _parser().parse_args(words)
         actions = {"check": _check, "new": _new, "version": _version, "report": _report}
+        actions |= {"view": _view}
         actions |= {"validate": _validate, "physiology": _physiology}
         actions |= {"reproduce": _reproduce, "papers": _papers}
         actions |= dict.fromkeys(PAGE_HELP, _page)
