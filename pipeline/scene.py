@@ -136,13 +136,13 @@ def _muscles(packer: Packer, elements: Elements, ends: np.ndarray) -> dict[str, 
 
 
 def _series(motion: Motion) -> list[dict[str, Any]]:
-    """Curves that are read out beside the picture."""
-    told = [("lung volume", "L", motion.volumes["lung"] / CUBIC_METRE_PER_LITRE)]
-    names = {"pleural": "pleural pressure", "abdomen": "abdominal pressure"}
-    told += [(text, "cmH2O", motion.pressures[k] / PASCAL_PER_CMH2O) for k, text in names.items()]
+    """Curves that are read out below the picture."""
+    told = [("lung volume", "L", 2, motion.volumes["lung"] / CUBIC_METRE_PER_LITRE)]
+    names = {"pleural": "pleural pressure", "abdomen": "abdominal"}
+    told += [(t, "cmH2O", 1, motion.pressures[k] / PASCAL_PER_CMH2O) for k, t in names.items()]
     return [
-        {"name": name, "unit": unit, "values": [round(v, 3) for v in values.tolist()]}
-        for name, unit, values in told
+        {"name": name, "unit": unit, "digits": digits, "values": values.round(3).tolist()}
+        for name, unit, digits, values in told
         if np.isfinite(values).all()
     ]
 

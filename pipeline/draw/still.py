@@ -59,9 +59,9 @@ def still_png(motion: Motion, frame: int) -> bytes:
         order = np.argsort(seen[:, :, 0].mean(axis=1))
         colour = np.concatenate([_shaded(t @ turn.T, COLOURS[name]) for name, t in parts])
         flat = seen[:, :, 1:]
-        axis.add_collection(
-            PolyCollection(list(flat[order]), facecolors=colour[order], edgecolors=colour[order], lw=0.3)
-        )
+        colour = colour[order]
+        drawn = PolyCollection(list(flat[order]), facecolors=colour, edgecolors=colour, lw=0.3)
+        axis.add_collection(drawn)
         axis.set_aspect("equal")
         axis.autoscale_view()
         axis.set_title(title)

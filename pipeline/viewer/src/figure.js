@@ -8,7 +8,7 @@ import { Ribbons } from "./ribbons.js";
 
 export const RAMP = ["#a79fc4", "#8f0da4", "#cc4778", "#f2844b", "#fdca26"];
 const VECTOR = Array(5).fill("#d4272e");
-const FIBRE = [0.0022, 0.0058], ARROW = [0.003, 0.003], MARKER = 0.0065;
+const FIBRE = [0.0022, 0.0058], ARROW = [0.0035, 0.0035], MARKER = 0.005;
 // A solid surface is drawn a little nearer, so that bones that lie in it do not show through.
 const NEARER = -1200;
 
@@ -61,13 +61,13 @@ export class Figure {
     this.layers = Object.fromEntries(rows.map((row) => [row.layer, new Layer(row)]));
     this.rigid = [];
     this.soft = [];
+    this.factor = 1;
+    this.centred = true;
+    this.hiddenGroups = new Set();
     this.addShapes(store);
     this.addSurfaces(store);
     if (told.muscles) this.addMuscles(store);
     this.addMarkers(store);
-    this.factor = 1;
-    this.centred = true;
-    this.hiddenGroups = new Set();
   }
 
   has(row) {
@@ -135,7 +135,7 @@ export class Figure {
     if (!measured) return;
     this.measured = store.values(measured);
     this.seen = seen;
-    this.stones = instances(new OctahedronGeometry(1.25 * MARKER), "#2b6cb0");
+    this.stones = instances(new OctahedronGeometry(1.3 * MARKER), "#2b6cb0");
     this.arrows = new Ribbons(names.length, VECTOR, ARROW);
     this.arrows.mesh.renderOrder = 8;
     this.group.add(this.arrows.mesh);
@@ -230,6 +230,13 @@ export class Figure {
     const seen = this.seen.flatMap((yes, m) => (yes ? [m] : []));
     const sum = seen.reduce((s, m) => s + Math.hypot(...[0, 1, 2].map((c) => this.away(3 * m + c))), 0);
     return 1e3 * sum / Math.max(seen.length, 1);
+  }
+
+  // Over all frames, in mm, offsets left out.
+  meanError() {
+    const { time } = this.pose, told = [];
+    for (const t of time) { this.pose.locate(t); told.push(this.error()); }
+    return told.reduce((a, b) => a + b, 0) / told.length;
   }
 
   series(k) {

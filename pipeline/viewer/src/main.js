@@ -9,7 +9,7 @@ import { Plots } from "./plots.js";
 import { CAMERAS, Stage } from "./stage.js";
 import { TimeBar } from "./timebar.js";
 
-const FIRST_PRESET = "skeleton", FIRST_CAMERA = "oblique", GAP = 0.62, LONGEST_WAIT = 0.25;
+const FIRST_PRESET = "skeleton", FIRST_CAMERA = "oblique", GAP = 0.62, LONGEST_WAIT = 0.25, KEPT_UPDATES = 500;
 
 class Viewer {
   constructor(root, told) {
@@ -133,8 +133,11 @@ class Viewer {
     const { places, group } = this.figures[0], at = new Vector3();
     if (!places) return;
     const { clientWidth: width, clientHeight: height } = this.picture;
+    const middle = this.stage.controls.target.clone().project(this.stage.camera);
     [...this.names.children].forEach((label, m) => {
       at.fromArray(places, 3 * m).add(group.position).project(this.stage.camera);
+      // what lies behind the middle of the torso has no name
+      label.hidden = at.z > middle.z;
       label.style.transform = `translate(${(0.5 + at.x / 2) * width + 7}px, ${(0.5 - at.y / 2) * height - 8}px)`;
     });
   }
@@ -150,26 +153,30 @@ class Viewer {
     this.draw();
   }
 
-  told_now() {
+  readings() {
     const figure = this.figures[0];
     const words = [`${(this.start + this.clock.time).toFixed(2)} s`];
-    figure.told.series.forEach((s, k) => words.push(`${s.name} ${figure.series(k).toFixed(2)} ${s.unit}`));
+    figure.told.series.forEach((s, k) => words.push(`${s.name} ${figure.series(k).toFixed(s.digits)} ${s.unit}`));
     if (figure.measured && this.panel.sliders.markers.value > 0) words.push(`error ${figure.error().toFixed(2)} mm`);
     return words.join(" · ");
   }
 
+  // The torso, the bar and the plots at the clock's time.
+  move() {
+    const began = performance.now();
+    for (const figure of this.figures) figure.update(this.clock.time);
+    this.updates.push(performance.now() - began);
+    if (this.updates.length > KEPT_UPDATES) this.updates.shift();
+    this.bar.show(this.clock.time, this.clock.playing, this.readings());
+    this.plots.show(this.start + this.clock.time);
+    this.moved = false;
+  }
+
   draw() {
-    if (this.moved) {
-      const began = performance.now();
-      for (const figure of this.figures) figure.update(this.clock.time);
-      this.updates.push(performance.now() - began);
-      if (this.updates.length > 500) this.updates.shift();
-      this.bar.show(this.clock.time, this.clock.playing, this.told_now());
-      this.plots.show(this.start + this.clock.time);
-    }
+    if (this.moved) this.move();
     this.stage.render();
     this.placeNames();
-    this.moved = this.stale = false;
+    this.stale = false;
     if (this.firstPicture === undefined) this.firstPicture = performance.now();
   }
 
@@ -182,6 +189,7 @@ class Viewer {
       last = now;
       if (this.clock.playing) this.refresh();
       if (seen && (this.moved || this.stale)) this.draw();
+      else if (this.moved) { this.move(); this.stale = true; }
       requestAnimationFrame(tick);
     };
     this.draw();
@@ -202,4 +210,6 @@ function start() {
   }
 }
 
-start();
+// plots and sound may stand below the script
+if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", start);
+else start();

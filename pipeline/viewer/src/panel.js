@@ -3,7 +3,7 @@ import { button, el } from "./dom.js";
 import { RAMP } from "./figure.js";
 import { CAMERAS } from "./stage.js";
 
-const FACTORS = [1, 2, 5, 10, 20];
+const FACTORS = [1, 2, 5, 10, 20], SEEN_MM = 16;
 
 export class Panel {
   constructor(viewer) {
@@ -54,8 +54,10 @@ export class Panel {
     const factor = el("select", {
       "aria-label": "Enlarge errors", onchange: () => viewer.each((f) => { f.factor = Number(factor.value); }),
     }, ...FACTORS.map((k) => el("option", { value: k }, `${k} ×`)));
-    factor.value = 5;
-    viewer.each((f) => { f.factor = 5; });
+    // so large that a usual error can be seen
+    const usual = viewer.figures[0].meanError() || 1;
+    factor.value = FACTORS.filter((k) => k * usual <= SEEN_MM).pop() || 1;
+    viewer.each((f) => { f.factor = Number(factor.value); });
     const centred = el("input", {
       type: "checkbox", checked: true, onchange: () => viewer.each((f) => { f.centred = centred.checked; }),
     });
