@@ -67,6 +67,12 @@ def _parser() -> argparse.ArgumentParser:
     _add_study(check)
     new = commands.add_parser("new", help="make the folder of a study")
     new.add_argument("study", type=Path, help="a folder that does not exist yet")
+    view = commands.add_parser("view", help="write a page that plays a trajectory")
+    view.add_argument("trajectory", type=Path, metavar="TRAJECTORY.h5")
+    view.add_argument("--out", type=Path, required=True, metavar="PAGE.html")
+    export = commands.add_parser("export", help="write a trajectory for another tool")
+    export.add_argument("trajectory", type=Path, metavar="TRAJECTORY.h5")
+    export.add_argument("--to", type=Path, required=True, metavar="OUT.glb|OUT.c3d|OUT.bvh")
     commands.add_parser("simulate", help="let the torso breathe by itself", add_help=False)
     commands.add_parser("version", help="print the version")
     return parser
@@ -188,6 +194,20 @@ def _new(options: argparse.Namespace) -> int:
     return 0
 
 
+def _view(options: argparse.Namespace) -> int:
+    from pipeline.view import write_view
+
+    print(write_view(options.trajectory, options.out), flush=True)
+    return 0
+
+
+def _export(options: argparse.Namespace) -> int:
+    from pipeline.export import export
+
+    print(export(options.trajectory, options.to), flush=True)
+    return 0
+
+
 def _version(options: argparse.Namespace) -> int:
     code = places.fingerprint(places.PACKAGE.parent)
     print(f"pleura {places.version()} (code {code}, in {places.PACKAGE.parent})")
@@ -204,6 +224,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return int(simulate(words[1:]))
         options = _parser().parse_args(words)
         actions = {"check": _check, "new": _new, "version": _version, "report": _report}
+        actions |= {"view": _view, "export": _export}
         actions |= {"validate": _validate, "physiology": _physiology}
         actions |= {"reproduce": _reproduce, "papers": _papers}
         actions |= dict.fromkeys(PAGE_HELP, _page)

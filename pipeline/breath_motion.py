@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.cost import play
 from pipeline.model import TorsoModel
 from sim.breaths import BreathSimulator
 from sim.errors import InputError, UnstableSimulation
@@ -18,6 +19,7 @@ from sim.summary import rib_rotations, summarise
 
 if TYPE_CHECKING:
     from pipeline.fit import FitResult
+    from pipeline.signature import BreathSignature
 
 Floats = NDArray[np.float64]
 
@@ -121,3 +123,20 @@ def best_breath(result: FitResult, model: TorsoModel, rate: float) -> BreathMoti
         bucket=bucket,
         figures={name: figures[name] for name in FIGURES},
     )
+
+
+def with_measured(breath: Motion, result: FitResult, signature: BreathSignature) -> Motion:
+    """Add where the mean breath was measured, in the torso's axes.
+
+    The simulated markers' scored differences are put on the torso's: trunk motion is taken out of
+    both sides of a difference, and what stays is the error that the tables tell.
+
+    Parameters
+    ----------
+    breath : the kept breath; its markers are the recording's
+    """
+    period = result.inspiration_time + result.expiration_time
+    measured = play(signature.time, signature.mean, period, breath.time)
+    simulated = play(result.time, result.positions, period, breath.time)
+    difference = (measured - simulated) @ np.asarray(result.rotation).T
+    return replace(breath, measured=breath.markers + difference)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +13,13 @@ import numpy as np
 
 from pipeline.c3d_header import read_header
 from pipeline.raw import Column, Floats, RawMarkers, make_raw, strip_prefix
+from pipeline.records import write_bytes
 from sim.errors import InputError
 
 # groups of POINT that list points which are not places of markers (Vicon's C3D convention)
 NOT_MARKERS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
+MM = 1e3
+"""In a metre."""
 
 
 def read_c3d(path: Path) -> RawMarkers:
@@ -112,3 +117,30 @@ def _vertical(point: Any) -> int:
     up = (_texts(point, "Y_SCREEN") or [""])[0].upper()
     match = re.fullmatch(r"[+-]?([XYZ])", up)
     return "XYZ".index(match.group(1)) if match else -1
+
+
+def write_c3d(path: Path, names: Sequence[str], places: Floats, time: Floats) -> None:
+    """Write markers as a C3D file in millimetres, whole or not at all.
+
+    Parameters
+    ----------
+    names : labels; places : (n_frames, n_markers, 3), m, X anterior, Y left, Z up
+    time : (n_frames,), s, evenly spaced
+    """
+    content = ezc3d.c3d()
+    point = content["parameters"]["POINT"]
+    point["LABELS"]["value"] = list(names)
+    point["UNITS"]["value"] = ["mm"]
+    n_frames = len(time)
+    seconds = float(time[-1] - time[0])
+    point["RATE"]["value"] = [(n_frames - 1) / seconds if seconds > 0 else 1.0]
+    content.add_parameter("POINT", "X_SCREEN", ["+X"])
+    content.add_parameter("POINT", "Y_SCREEN", ["+Z"])
+    points = np.ones((4, len(names), n_frames))
+    points[:3] = MM * np.moveaxis(places, (0, 1, 2), (2, 1, 0))
+    content["data"]["points"] = points
+    with tempfile.TemporaryDirectory() as folder:
+        # the library puts its own ending after any other
+        written = Path(folder) / "markers.c3d"
+        content.write(str(written))
+        write_bytes(path, written.read_bytes())

@@ -15,6 +15,7 @@ from markupsafe import Markup
 
 TEMPLATES = Path(__file__).parent / "templates"
 TABLES = Path(__file__).parent / "tables"
+STYLES = ("page.css", "viewer.css")
 SUBJECT_MEAN = "subject_mean"
 GROUPS = ("external_intercostals", "diaphragm", "internal_intercostals", "abdomen")
 
@@ -129,7 +130,8 @@ def environment() -> jinja2.Environment:
     made.filters["cell"] = cell
     made.filters["words"] = words
     made.filters["sentence"] = sentence
-    made.globals["css"] = Markup((TEMPLATES / "page.css").read_text(encoding="utf-8"))
+    styles = [(TEMPLATES / name).read_text(encoding="utf-8") for name in STYLES]
+    made.globals["css"] = Markup("".join(styles))
     return made
 
 

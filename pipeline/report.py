@@ -13,6 +13,8 @@ from pipeline import page, status
 from pipeline import report_tables as tables
 from pipeline.records import write_text
 from pipeline.summary import summarise
+from pipeline.view import Viewer, make_viewer
+from sim.trajectory import load_motion
 
 Pairs = list[tuple[str, Any]]
 
@@ -26,6 +28,7 @@ class Part:
 
 
 PARTS = (
+    Part(id="model", title="The torso, breathing"),
     Part(id="input", title="Quality of the recording"),
     Part(id="cycles", title="Breaths"),
     Part(id="signature", title="Breath signature"),
@@ -51,6 +54,8 @@ FIGURES = (
     "posterior",
 )
 HEAD = ("status", "stage", "recording", "recorded", "summary", "reason", "run", "warnings", "notes")
+FACTS = ("One mean breath of the fit: the last of two from rest, repeated.",)
+"""Shown with the torso."""
 SHORT = 0.1
 LIBRARIES = ("numpy", "scipy", "numba", "mujoco", "nlopt", "emcee", "arviz", "ezc3d", "snakemake")
 
@@ -113,6 +118,15 @@ def subtitle(records: Mapping[str, Mapping[str, Any]]) -> str:
     return ", ".join(word for word in told if word)
 
 
+def _viewer(folder: Path, records: Mapping[str, Mapping[str, Any]]) -> Viewer | None:
+    """Return the fitted breath to be played, or nothing where there is none."""
+    path = folder / "trajectory.h5"
+    if records["fit"].get("status") != status.OK or not path.exists():
+        return None
+    motion, _ = load_motion(path)
+    return make_viewer({folder.name: motion}, place=str(path), facts=FACTS)
+
+
 def context(folder: Path) -> dict[str, Any]:
     """Gather everything the template shows.
 
@@ -138,6 +152,7 @@ def context(folder: Path) -> dict[str, Any]:
         "problem_stage": bad["stage"] if bad else "",
         "summary": summarise(records, errors, activations, problem),
         "parts_of_report": PARTS,
+        "viewer": _viewer(folder, records),
         "figures": {name: page.inline_svg(folder / f"{name}.svg") for name in FIGURES},
         "tables": tables,
         "input_facts": _facts(markers, ("labels", "names", "noise_mm", "gaps")),

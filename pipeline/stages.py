@@ -144,7 +144,7 @@ def fit(job: Job, folder: Path, processes: int) -> Content:
     records.save(result, folder / "fit.npz")
     records.write_rows(folder / "errors.csv", result.errors)
     _draw_fit(folder, recording, found, result)
-    figures = _keep_breath(job, folder, result, model)
+    figures = _keep_breath(job, folder, result, model, found)
     main = main_error(result.errors)
     error, still = float(main["error_p_mm"]), float(main["error_p_still_mm"])
     return {
@@ -212,13 +212,16 @@ def _draw_fit(
         records.write_text(folder / f"{name}.svg", drawing)
 
 
-def _keep_breath(job: Job, folder: Path, result: FitResult, model: TorsoModel) -> dict[str, Any]:
+def _keep_breath(
+    job: Job, folder: Path, result: FitResult, model: TorsoModel, found: BreathSignature
+) -> dict[str, Any]:
     """Write the torso's motion over the best breath; return its figures."""
-    from pipeline.breath_motion import RIBS, best_breath
+    from pipeline.breath_motion import RIBS, best_breath, with_measured
     from pipeline.draw.fit import ribs_svg
     from sim.trajectory import save_motion
 
     breath = best_breath(result, model, job.section("fit").frame_rate_hz)
+    motion = with_measured(breath.motion, result, found)
     about: dict[str, str | int] = {
         "version": job.version,
         "seed": job.seed,
@@ -226,7 +229,7 @@ def _keep_breath(job: Job, folder: Path, result: FitResult, model: TorsoModel) -
         "subject": job.recording["subject"],
         "posture": result.posture,
     }
-    save_motion(folder / "trajectory.h5", breath.motion, about)
+    save_motion(folder / "trajectory.h5", motion, about)
     drawing = ribs_svg(time=breath.motion.time, pump=breath.pump, bucket=breath.bucket, ribs=RIBS)
     records.write_text(folder / "ribs.svg", drawing)
     return breath.figures

@@ -8,13 +8,18 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sim import engine
-from sim.model.landmarks import attach, marker_places, skin_places
+from sim.model.anatomy import Placer
+from sim.model.bone_shapes import Shape, bone_shapes
+from sim.model.landmarks import attach, body_origins, marker_places, skin_places
 from sim.model.muscles import MUSCLE_GROUPS
 from sim.physics.surface import enclosed_volume
 from sim.physics.types import Floats, Ints
 from sim.rest import Machine
 from sim.resting import RestingTorso
 from sim.simulate import Trajectory
+
+FREE = 6
+"""Degrees of freedom of a body that nothing carries."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -57,12 +62,15 @@ class Motion:
     Parameters
     ----------
     time : (n_frames,), s
-    bodies : names
+    bodies : names, the pelvis first
+    parents : name of the body that carries each body; empty for one that moves freely
+    shapes : bones and cartilages by name, rigid on their bodies
     position : (n_frames, n_bodies, 3), m, origins of the bodies
     quaternion : (n_frames, n_bodies, 4), body to world; w x y z
-    soft : "abdomen", "diaphragm", "chest_cavity"
+    soft : "abdomen", "diaphragm", "chest_cavity"; "skin", which is open at the neck
     marker_names : names
     markers : (n_frames, n_markers, 3), m
+    measured : the same of a recording that the motion was fitted to, or none
     elements : muscle elements, or none were kept
     volumes : "lung", "chest_cavity", "abdomen", (n_frames,) each, m^3
     pressures : "lung" (alveolar), "pleural", "abdomen" (below the dome), (n_frames,) each, Pa
@@ -71,19 +79,22 @@ class Motion:
 
     time: Floats
     bodies: tuple[str, ...]
+    parents: tuple[str, ...]
+    shapes: dict[str, Shape]
     position: Floats
     quaternion: Floats
     soft: dict[str, Soft]
     marker_names: tuple[str, ...]
     markers: Floats
+    measured: Floats | None
     elements: Elements | None
     volumes: dict[str, Floats]
     pressures: dict[str, Floats]
     tissue_volume: float
 
-    def frames(self, start: int, stop: int) -> Motion:
-        """Frames from `start` to before `stop`, as views."""
-        part = slice(start, stop)
+    def frames(self, start: int, stop: int, every: int = 1) -> Motion:
+        """Frames from `start` to before `stop`, each or each second, third ..., as views."""
+        part = slice(start, stop, every)
         elements = self.elements
         if elements is not None:
             elements = replace(
@@ -96,6 +107,7 @@ class Motion:
             quaternion=self.quaternion[part],
             soft={k: replace(s, vertices=s.vertices[part]) for k, s in self.soft.items()},
             markers=self.markers[part],
+            measured=None if self.measured is None else self.measured[part],
             elements=elements,
             volumes={k: v[part] for k, v in self.volumes.items()},
             pressures={k: v[part] for k, v in self.pressures.items()},
@@ -120,6 +132,23 @@ def _surfaces(resting: RestingTorso, points: Floats) -> dict[str, Soft]:
         "diaphragm": _surface(points, plant.abdomen_faces[-n_dome:]),
         "chest_cavity": _surface(points, plant.chest_faces),
     }
+
+
+def _carried(resting: RestingTorso) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the bodies and of those that carry them."""
+    model = resting.torso.skeleton.model
+    names = ("pelvis", *(model.body(b).name for b in range(1, model.nbody)))
+    free = model.body_dofnum == FREE
+    parents = [names[p] for p in model.body_parentid.tolist()]
+    return names, tuple("" if b == 0 or free[b] else parents[b] for b in range(model.nbody))
+
+
+def body_shapes(resting: RestingTorso) -> dict[str, Shape]:
+    """Bones and cartilages of a torso."""
+    torso = resting.torso
+    origins = body_origins(torso)
+    at = {name: origins[b] for name, b in torso.skeleton.body.items()}
+    return bone_shapes(torso.anatomy, Placer(torso.parameters), at)
 
 
 def _elements(resting: RestingTorso, points: Floats, tension: Floats) -> Elements:
@@ -154,16 +183,21 @@ def motion(resting: RestingTorso, trajectory: Trajectory, *, posture: str) -> Mo
     named = resting.landmarks(posture)
     bound = attach(resting.vertices(posture), resting.skin.outside, np.array(list(named.values())))
     skin = skin_places(resting.skin, torso, points[:, resting.skin.point], position, matrix)
+    soft["skin"] = Soft(vertices=skin, faces=resting.skin.outside)
+    bodies, parents = _carried(resting)
     turned = Rotation.from_matrix(matrix.reshape(-1, 3, 3)).as_quat(scalar_first=True)
     kept = len(trajectory.tension) == n
     return Motion(
         time=trajectory.time,
-        bodies=("pelvis", *(model.body(b).name for b in range(1, model.nbody))),
+        bodies=bodies,
+        parents=parents,
+        shapes=body_shapes(resting),
         position=position,
         quaternion=turned.reshape(n, model.nbody, 4),
         soft=soft,
         marker_names=tuple(named),
         markers=marker_places(bound, skin),
+        measured=None,
         elements=_elements(resting, points, trajectory.tension) if kept else None,
         volumes={
             "lung": chest - tissue,

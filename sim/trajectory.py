@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 
 from sim.errors import InputError
+from sim.model.bone_shapes import Shape
 from sim.motion import Elements, Motion, Soft
 from sim.physics.types import Floats
 from sim.writing import whole_file
@@ -33,13 +34,20 @@ def _put_names(file: h5py.File, name: str, names: tuple[str, ...]) -> None:
 def _fill(file: h5py.File, motion: Motion) -> None:
     _put(file, "time_s", motion.time, "s")
     _put_names(file, "bodies/name", motion.bodies)
+    _put_names(file, "bodies/parent", motion.parents)
     _put(file, "bodies/position", motion.position, "m")
     _put(file, "bodies/quaternion", motion.quaternion, "1").attrs["order"] = "w x y z"
+    for name, shape in motion.shapes.items():
+        vertices = _put(file, f"shapes/{name}/vertices", shape.vertices.astype(SINGLE), "m")
+        vertices.parent.attrs.update(body=shape.body, tissue=shape.tissue)
+        _put(file, f"shapes/{name}/faces", shape.faces.astype(np.int32), "1")
     for name, soft in motion.soft.items():
         _put(file, f"soft/{name}/vertices", soft.vertices, "m")
         _put(file, f"soft/{name}/faces", soft.faces, "1")
     _put_names(file, "markers/name", motion.marker_names)
     _put(file, "markers/position", motion.markers, "m")
+    if motion.measured is not None:
+        _put(file, "markers/measured", motion.measured, "m")
     if motion.elements is not None:
         _put_names(file, "elements/group", motion.elements.group)
         _put(file, "elements/tension", motion.elements.tension.astype(SINGLE), "N")
@@ -72,6 +80,15 @@ def _values(group: h5py.Group) -> dict[str, Floats]:
     return {name: data[:] for name, data in group.items()}
 
 
+def _shape(group: h5py.Group) -> Shape:
+    return Shape(
+        body=group.attrs["body"],
+        tissue=group.attrs["tissue"],
+        vertices=np.asarray(group["vertices"][:], dtype=np.float64),
+        faces=np.asarray(group["faces"][:], dtype=np.int64),
+    )
+
+
 def _take(file: h5py.File) -> Motion:
     elements = None
     if "elements" in file:
@@ -83,12 +100,15 @@ def _take(file: h5py.File) -> Motion:
     return Motion(
         time=file["time_s"][:],
         bodies=_names(file, "bodies/name"),
+        parents=_names(file, "bodies/parent"),
+        shapes={name: _shape(group) for name, group in file["shapes"].items()},
         position=file["bodies/position"][:],
         quaternion=file["bodies/quaternion"][:],
         soft={k: Soft(vertices=g["vertices"][:], faces=g["faces"][:])
               for k, g in file["soft"].items()},
         marker_names=_names(file, "markers/name"),
         markers=file["markers/position"][:],
+        measured=file["markers/measured"][:] if "markers/measured" in file else None,
         elements=elements,
         volumes=_values(file["volumes"]),
         pressures=_values(file["pressures"]),

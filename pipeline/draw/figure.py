@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,6 +17,9 @@ LABEL_NEAR = 12.0
 """mm; markers nearer than this in a drawing share a label."""
 MEASURED, SIMULATED, ACCENT, FAINT = "#1d2226", "#c4571f", "#0b6a74", "#b9bec2"
 GROUP_COLOURS = ("#0b6a74", "#c4571f", "#6a4fa3", "#5a8f29")
+
+POINTS = 72.0
+"""Of a drawing, an inch."""
 
 STYLE: Any = {
     "svg.fonttype": "none",
@@ -75,8 +79,23 @@ def label_points(
         )
 
 
-def as_svg(figure: Figure) -> str:
-    """Return the figure as SVG, the same text for the same drawing."""
+def as_svg(figure: Figure, *, timed: Sequence[Axes] = ()) -> str:
+    """Return the figure as SVG, the same text for the same drawing.
+
+    Parameters
+    ----------
+    timed : axes with seconds from the onset along them: `data-time-axes` tells left, top, width
+        and height of each in the drawing, and its first and last second
+    """
     stream = io.StringIO()
     figure.savefig(stream, format="svg", metadata={"Date": None})
-    return stream.getvalue()
+    text = stream.getvalue()
+    if not timed:
+        return text
+    wide, tall = (POINTS * inches for inches in figure.get_size_inches())
+    boxes = []
+    for axis in timed:
+        place, span = axis.get_position(), axis.get_xlim()
+        corner = (wide * place.x0, tall * (1.0 - place.y1), wide * place.width, tall * place.height)
+        boxes.append([round(float(v), 3) for v in (*corner, *span)])
+    return text.replace("<svg ", f'<svg data-time-axes="{json.dumps(boxes)}" ', 1)

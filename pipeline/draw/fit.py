@@ -110,7 +110,7 @@ def markers_time_svg(
     )
     axes[0].set_ylabel("mm")
     figure.supxlabel("s from the onset", fontsize=8)
-    return as_svg(figure)
+    return as_svg(figure, timed=axes[: len(chosen)])
 
 
 def trace_svg(*, cost: Floats, still: float, levels: Floats, groups: Sequence[str]) -> str:
@@ -158,7 +158,7 @@ def volume_svg(*, time: Floats, volume: Floats, turn: float) -> str:
     axes[0].set_title(f"{np.ptp(litres):.2f} L in one breath")
     axes[0].set_ylabel("lung volume (L)")
     axes[0].set_xlabel("s from the onset; the line is the end of the inspiration")
-    return as_svg(figure)
+    return as_svg(figure, timed=axes)
 
 
 def ribs_svg(*, time: Floats, pump: Floats, bucket: Floats, ribs: Sequence[str]) -> str:
@@ -179,4 +179,4 @@ def ribs_svg(*, time: Floats, pump: Floats, bucket: Floats, ribs: Sequence[str])
         axis.set_xlabel("s from the onset")
     axes[0].set_ylabel("degrees from rest")
     axes[1].legend(fontsize=6, ncols=2, title="rib", title_fontsize=6)
-    return as_svg(figure)
+    return as_svg(figure, timed=axes)

@@ -183,4 +183,4 @@ def signature_svg(
     axes[0].legend(fontsize=7)
     axes[0].set_ylabel("mm")
     figure.supxlabel("s from the onset; the line is the end of the inspiration", fontsize=8)
-    return as_svg(figure)
+    return as_svg(figure, timed=axes[: len(chosen)])

@@ -17,6 +17,8 @@ from sim.motion import Motion
 from sim.resting import RestingTorso
 from sim.simulate import Trajectory, skin_frames
 
+CUT = ("chest_cavity", "abdomen", "diaphragm")
+"""Surfaces that are cut through the dome."""
 RIGHT = 1
 """Side of the ribs that are drawn."""
 DISC = 0.2
@@ -115,6 +117,7 @@ def views(resting: RestingTorso, done: Behaviour, frames: Sequence[int]) -> list
         cuts = {
             name: sagittal_section(soft.vertices[frame], soft.faces, plane)
             for name, soft in m.soft.items()
+            if name in CUT
         }
 
         def at(body: str, points: Floats, frame: int = frame) -> Floats:

@@ -104,6 +104,16 @@ def _stretch(points: Floats, levels: dict[str, Floats], parameters: Parameters) 
     return out
 
 
+def turn_down(points: Floats, head: Floats, angle: Floats | float) -> Floats:
+    """Turn points (..., 3), m, down by an angle, rad, about the transverse axis through a head."""
+    c, s = np.cos(angle), np.sin(angle)
+    arm = points - head
+    turned = arm.copy()
+    turned[..., 0] = c * arm[..., 0] + s * arm[..., 2]
+    turned[..., 2] = -s * arm[..., 0] + c * arm[..., 2]
+    return np.asarray(head + turned)
+
+
 def _lower_ribs(rib: Floats, facet: Floats, angle: Floats) -> tuple[Floats, Floats, Floats]:
     """Turn every rib down about the transverse axis through its head.
 
@@ -111,13 +121,7 @@ def _lower_ribs(rib: Floats, facet: Floats, angle: Floats) -> tuple[Floats, Floa
     -------
     ribs; 2 x 2 rotation and shift in the sagittal plane by which the sternum follows
     """
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    head = rib[:, :, :1]
-    arm = rib - head
-    turned = arm.copy()
-    turned[..., 0] = c * arm[..., 0] + s * arm[..., 2]
-    turned[..., 2] = -s * arm[..., 0] + c * arm[..., 2]
-    lowered = head + turned
+    lowered = turn_down(rib, rib[:, :, :1], angle[:, None])
     move = (lowered - rib)[:, :7, -1].mean(axis=0)[:, ::2]
     before = facet.mean(axis=0)[:, ::2]
     after = before + move
@@ -143,6 +147,37 @@ def _follow(points: Floats, rotation: Floats, shift: Floats) -> Floats:
     return out
 
 
+class Placer:
+    """The corrections of the bone set, before any size.
+
+    Calling it stretches points (..., 3), m, of the bone set; `ribs` (2, 12, n, 3) are lowered,
+    `facets` (2, 7, 3) are where the stretch puts them, and `follow` takes what is on the sternum
+    along with the ribs.
+    """
+
+    def __init__(self, parameters: Parameters) -> None:
+        bones = bone_arrays()
+        names = [str(n) for n in bones["spine/name"]]
+        self.parameters = parameters
+        self.origin = bones["spine/bottom"][names.index("L5")]
+        centres = zip(names, bones["spine/centre"], strict=True)
+        self.levels = {name: at - self.origin for name, at in centres}
+        rib = self(bones["ribs/centreline"]).reshape(2, 12, -1, 3)
+        rib[1] = rib[0] * [1.0, -1.0, 1.0]
+        left = self(bones["sternum/rib_facets"])
+        self.facets = np.stack([left, left * [1.0, -1.0, 1.0]])
+        self.ribs, self._rotation, self._shift = _lower_ribs(rib, self.facets, rib_tilts())
+
+    def __call__(self, points: Floats) -> Floats:
+        """Stretched points, from the lower end of the lumbar spine."""
+        moved = np.asarray(points, dtype=float) - self.origin
+        return _stretch(moved, self.levels, self.parameters)
+
+    def follow(self, points: Floats) -> Floats:
+        """Stretched points of the sternum, moved as the front ends of the ribs are."""
+        return _follow(points, self._rotation, self._shift)
+
+
 def build_anatomy(subject: Subject, parameters: Parameters, fit_scale: Floats) -> Anatomy:
     """Corrected and scaled bone landmarks.
 
@@ -152,20 +187,10 @@ def build_anatomy(subject: Subject, parameters: Parameters, fit_scale: Floats) -
     """
     bones = bone_arrays()
     names = [str(n) for n in bones["spine/name"]]
-    raw_levels = dict(zip(names, bones["spine/centre"], strict=True))
-    origin = bones["spine/bottom"][names.index("L5")]
     scale = subject_scale(subject, parameters) * fit_scale
-
-    def place(points: Floats) -> Floats:
-        levels = {k: v - origin for k, v in raw_levels.items()}
-        return _stretch(np.asarray(points, dtype=float) - origin, levels, parameters)
-
-    rib = place(bones["ribs/centreline"]).reshape(2, 12, -1, 3)
-    rib[1] = rib[0] * [1.0, -1.0, 1.0]
-    left = place(bones["sternum/rib_facets"])
-    facet = np.stack([left, left * [1.0, -1.0, 1.0]])
-    rib, rotation, shift = _lower_ribs(rib, facet, rib_tilts())
-    outline = _follow(place(bones["sternum/outline"]), rotation, shift)
+    place = Placer(parameters)
+    rib, facet = place.ribs, place.facets
+    outline = place.follow(place(bones["sternum/outline"]))
     outline[..., 1] = 0.0
     size = body_size(subject)
 
@@ -174,7 +199,7 @@ def build_anatomy(subject: Subject, parameters: Parameters, fit_scale: Floats) -
         points[:, 1] = 0.0
         return dict(zip(names, points, strict=True))
 
-    girdle = {name: place(at) * scale for name, at in _girdle_landmarks(bones).items()}
+    girdle = {name: place(at) * scale for name, at in girdle_landmarks(bones).items()}
     rim = place(bones["pelvis/rim"])
     front = outline[0] * scale
     notch = front[np.argmax(front[:, 2])]
@@ -182,7 +207,7 @@ def build_anatomy(subject: Subject, parameters: Parameters, fit_scale: Floats) -
     skin = max(parameters["least_skin"], 0.5 * (size["chest_breadth"] - _breadth(rib * scale)))
     return Anatomy(
         rib=rib * scale,
-        facet=_follow(facet, rotation, shift) * scale,
+        facet=place.follow(facet) * scale,
         sternum_front=front,
         sternum_back=outline[1] * scale,
         spine=levels_of("spine/centre"),
@@ -202,7 +227,7 @@ def build_anatomy(subject: Subject, parameters: Parameters, fit_scale: Floats) -
     )
 
 
-def _girdle_landmarks(bones: dict[str, np.ndarray]) -> dict[str, Floats]:
+def girdle_landmarks(bones: dict[str, np.ndarray]) -> dict[str, Floats]:
     """Left clavicle and scapula, (3,) each, and the notch, in the bone set's own frame."""
     names = ("clavicle_sternal", "clavicle_acromial", "acromion", "inferior_angle")
     out = {name: np.asarray(bones[f"girdle/{name}"][0]) for name in names}

@@ -103,8 +103,7 @@ def build_skin(torso: Torso, points: Floats) -> Skin:
     _to_the_back(torso, used, inner, skin)
     skin[bound, 1] *= _shoulder_breadth(skin[bound], torso.parameters)
     thickness = np.where(bound, 0.0, anatomy.belly_skin)
-    data = torso.skeleton.model.body_pos
-    origin = _body_origins(torso, data)
+    origin = body_origins(torso)
     body = np.where(bound, torso.plant.point_body[np.minimum(used, torso.n_bound - 1)], -1)
     local = np.where(bound[:, None], skin - origin[np.maximum(body, 0)], 0.0)
     return Skin(
@@ -133,14 +132,14 @@ def _shoulder_breadth(skin: Floats, parameters: Parameters) -> Floats:
     return np.where(above, np.minimum(y.max() / half, parameters["shoulder_most"]), 1.0)
 
 
-def _body_origins(torso: Torso, offset: Floats) -> Floats:
+def body_origins(torso: Torso) -> Floats:
     """World origins of the bodies in the built pose, where all frames are parallel."""
     model = torso.skeleton.model
     origin = np.zeros((model.nbody, 3))
     for b in range(1, model.nbody):
         free = model.body_dofnum[b] == 6
         start = int(model.jnt_qposadr[model.body_jntadr[b]]) if free else 0
-        own = model.qpos0[start : start + 3] if free else offset[b]
+        own = model.qpos0[start : start + 3] if free else model.body_pos[b]
         origin[b] = origin[model.body_parentid[b]] + own
     return origin
 

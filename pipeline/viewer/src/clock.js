@@ -1,0 +1,45 @@
+// Time of the picture. A sound, if there is one, leads: what is seen is where the sound is.
+export class Clock {
+  constructor(duration, { loop = true, sound = null } = {}) {
+    Object.assign(this, { duration, loop, sound, time: 0, speed: 1, playing: false });
+    if (sound) sound.addEventListener("ended", () => this.finish());
+  }
+
+  play() {
+    if (!this.loop && this.time >= this.duration) this.seek(0);
+    this.playing = true;
+    if (this.sound) {
+      this.sound.playbackRate = this.speed;
+      this.sound.play().catch(() => { this.playing = false; });
+    }
+  }
+
+  pause() {
+    this.playing = false;
+    if (this.sound) this.sound.pause();
+  }
+
+  seek(time) {
+    this.time = Math.min(Math.max(time, 0), this.duration);
+    if (this.sound) this.sound.currentTime = this.time;
+  }
+
+  setSpeed(speed) {
+    this.speed = speed;
+    if (this.sound) this.sound.playbackRate = speed;
+  }
+
+  finish() {
+    if (this.loop && this.playing) { this.seek(0); this.play(); } else this.playing = false;
+  }
+
+  // `passed` s went by on the wall.
+  advance(passed) {
+    if (!this.playing) return;
+    if (this.sound) { this.time = Math.min(this.sound.currentTime, this.duration); return; }
+    this.time += passed * this.speed;
+    if (this.time < this.duration) return;
+    if (this.loop && this.duration > 0) this.time %= this.duration;
+    else { this.time = this.duration; this.playing = false; }
+  }
+}

@@ -1,0 +1,215 @@
+// The viewer of a page: reads the scene that the page carries and plays it.
+import { Vector3 } from "three";
+import { Clock } from "./clock.js";
+import { readScene } from "./data.js";
+import { el } from "./dom.js";
+import { Figure } from "./figure.js";
+import { Panel } from "./panel.js";
+import { Plots } from "./plots.js";
+import { CAMERAS, Stage } from "./stage.js";
+import { TimeBar } from "./timebar.js";
+
+const FIRST_PRESET = "skeleton", FIRST_CAMERA = "oblique", GAP = 0.62, LONGEST_WAIT = 0.25, KEPT_UPDATES = 500;
+
+class Viewer {
+  constructor(root, told) {
+    this.root = root;
+    this.told = told;
+    this.rows = told.layers;
+    this.canvas = el("canvas", { tabIndex: 0, "aria-label": "Torso in three dimensions; drag to turn" });
+    this.names = el("div", { className: "names" });
+    this.picture = el("div", { className: "picture" }, this.canvas, this.names);
+    this.stage = new Stage(this.canvas);
+    this.figures = told.trajectories.map((one) => new Figure(one, this.rows, told.store));
+    for (const figure of this.figures) this.stage.scene.add(figure.group);
+    const duration = Math.max(...this.figures.map((f) => f.pose.duration));
+    this.clock = new Clock(duration, { loop: told.loop, sound: this.sound() });
+    this.updates = [];
+    this.build();
+  }
+
+  // A sound, if the page has one: an audio element with the id that the scene names.
+  sound() {
+    return this.told.sound ? document.getElementById(this.told.sound) : null;
+  }
+
+  build() {
+    this.panel = new Panel(this);
+    this.bar = new TimeBar(this);
+    this.plots = new Plots((time) => this.seek(time - this.start));
+    this.root.append(this.picture, this.panel.node, this.bar.node);
+    this.root.classList.add("live");
+    this.canvas.addEventListener("keydown", (event) => this.key(event));
+    this.stage.controls.addEventListener("change", () => { this.stale = true; });
+    new ResizeObserver(() => this.resized()).observe(this.picture);
+    this.stage.resize();
+    this.preset(FIRST_PRESET);
+    this.look(FIRST_CAMERA);
+    this.watch();
+  }
+
+  get start() {
+    return this.told.trajectories[0].start;
+  }
+
+  each(change) {
+    this.figures.forEach(change);
+    this.refresh();
+  }
+
+  setOpacity(layer, opacity) {
+    for (const figure of this.figures) figure.setOpacity(layer, opacity);
+    this.refresh();
+  }
+
+  preset(name) {
+    for (const row of this.rows) {
+      this.setOpacity(row.layer, row.presets[name]);
+      this.panel.show(row.layer, row.presets[name]);
+    }
+    this.panel.marked(name);
+  }
+
+  look(name) {
+    this.camera = name;
+    const { box } = this.stage, middle = (this.figures.length - 1) / 2;
+    this.stage.look(name, (right) => {
+      this.figures.forEach((f, k) => f.group.position.copy(right).multiplyScalar((k - middle) * GAP));
+      for (const figure of this.figures) figure.update(this.clock.time);
+      box.makeEmpty();
+      for (const figure of this.figures) {
+        figure.group.updateMatrixWorld(true);
+        for (const [mesh] of figure.rigid) box.expandByObject(mesh);
+        const { points } = figure.pose, at = new Vector3();
+        for (let i = 0; i < points.length; i += 3) box.expandByPoint(at.fromArray(points, i).add(figure.group.position));
+      }
+    });
+    this.refresh();
+  }
+
+  seek(time) {
+    this.clock.seek(time);
+    this.refresh();
+  }
+
+  step(count) {
+    this.clock.pause();
+    const { time } = this.figures[0].pose;
+    let frame = 0;
+    while (frame < time.length - 1 && time[frame + 1] <= this.clock.time + 1e-6) frame += 1;
+    const next = count < 0 && this.clock.time > time[frame] + 1e-6 ? frame : frame + count;
+    this.seek(time[(next + time.length) % time.length]);
+  }
+
+  toggle() {
+    if (this.clock.playing) this.clock.pause(); else this.clock.play();
+    this.refresh();
+  }
+
+  key(event) {
+    const cameras = Object.keys(CAMERAS), number = Number(event.key);
+    const actions = {
+      " ": () => this.toggle(), ArrowLeft: () => this.step(-1), ArrowRight: () => this.step(1), Home: () => this.seek(0),
+      "+": () => this.stage.zoom(0.9), "-": () => this.stage.zoom(1.1),
+    };
+    const action = actions[event.key] || (cameras[number - 1] && (() => this.look(cameras[number - 1])));
+    if (!action) return;
+    event.preventDefault();
+    action();
+  }
+
+  wholeScreen() {
+    if (document.fullscreenElement) document.exitFullscreen();
+    else if (this.root.requestFullscreen) this.root.requestFullscreen();
+  }
+
+  showNames(shown) {
+    const names = shown ? this.told.trajectories[0].markers.names : [];
+    this.names.replaceChildren(...names.map((name) => el("span", {}, name)));
+    this.refresh();
+  }
+
+  placeNames() {
+    const { places, group } = this.figures[0], at = new Vector3();
+    if (!places) return;
+    const { clientWidth: width, clientHeight: height } = this.picture;
+    const middle = this.stage.controls.target.clone().project(this.stage.camera);
+    [...this.names.children].forEach((label, m) => {
+      at.fromArray(places, 3 * m).add(group.position).project(this.stage.camera);
+      // what lies behind the middle of the torso has no name
+      label.hidden = at.z > middle.z;
+      label.style.transform = `translate(${(0.5 + at.x / 2) * width + 7}px, ${(0.5 - at.y / 2) * height - 8}px)`;
+    });
+  }
+
+  refresh() {
+    this.moved = true;
+    this.stale = true;
+  }
+
+  resized() {
+    this.stage.resize();
+    this.look(this.camera);
+    this.draw();
+  }
+
+  readings() {
+    const figure = this.figures[0];
+    const words = [`${(this.start + this.clock.time).toFixed(2)} s`];
+    figure.told.series.forEach((s, k) => words.push(`${s.name} ${figure.series(k).toFixed(s.digits)} ${s.unit}`));
+    if (figure.measured && this.panel.sliders.markers.value > 0) words.push(`error ${figure.error().toFixed(2)} mm`);
+    return words.join(" · ");
+  }
+
+  // The torso, the bar and the plots at the clock's time.
+  move() {
+    const began = performance.now();
+    for (const figure of this.figures) figure.update(this.clock.time);
+    this.updates.push(performance.now() - began);
+    if (this.updates.length > KEPT_UPDATES) this.updates.shift();
+    this.bar.show(this.clock.time, this.clock.playing, this.readings());
+    this.plots.show(this.start + this.clock.time);
+    this.moved = false;
+  }
+
+  draw() {
+    if (this.moved) this.move();
+    this.stage.render();
+    this.placeNames();
+    this.stale = false;
+    if (this.firstPicture === undefined) this.firstPicture = performance.now();
+  }
+
+  // Draws while something changes and the picture can be seen.
+  watch() {
+    let last = performance.now(), seen = true;
+    new IntersectionObserver((entries) => { seen = entries.at(-1).isIntersecting; }).observe(this.picture);
+    const tick = (now) => {
+      this.clock.advance(Math.min((now - last) / 1000, LONGEST_WAIT));
+      last = now;
+      if (this.clock.playing) this.refresh();
+      if (seen && (this.moved || this.stale)) this.draw();
+      else if (this.moved) { this.move(); this.stale = true; }
+      requestAnimationFrame(tick);
+    };
+    this.draw();
+    requestAnimationFrame(tick);
+  }
+}
+
+function start() {
+  const root = document.getElementById("viewer"), told = root && readScene();
+  if (!told) return;
+  try {
+    window.pleuraViewer = new Viewer(root, told);
+  } catch (error) {
+    root.replaceChildren();
+    const word = document.getElementById("no-webgl");
+    if (word) word.hidden = false;
+    if (!/webgl/i.test(String(error))) throw error;
+  }
+}
+
+// plots and sound may stand below the script
+if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", start);
+else start();
