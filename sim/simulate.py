@@ -13,6 +13,7 @@ from sim.model.landmarks import skin_places
 from sim.model.muscles import MUSCLE_GROUPS
 from sim.model.torso import Torso
 from sim.physics.one_way import one_way_run
+from sim.physics.surface import enclosed_volume
 from sim.physics.types import Floats, Ints
 from sim.rest import GRAVITY, Machine, bed, copy_state
 from sim.resting import RestingTorso
@@ -41,6 +42,7 @@ class Trajectory:
     alveolar, pleural, abdominal : (n_frames,), pressures, Pa
     flow : (n_frames,), m^3/s, positive out
     tension : (n_frames, n_elements), N, or empty
+    lung_model : one of `LUNGS`
     """
 
     time: Floats
@@ -54,6 +56,12 @@ class Trajectory:
     abdominal: Floats
     flow: Floats
     tension: Floats
+    lung_model: str = LUNGS[0]
+
+
+def default_lung(torso: Torso) -> str:
+    """The lung of the torso's parameter set, one of `LUNGS`."""
+    return LUNGS[int(torso.parameters["one_way_lung"])]
 
 
 def group_activation(levels: Floats, parameters: Parameters | None = None) -> Floats:
@@ -111,7 +119,7 @@ def simulate(
         if a speed passes 20 m/s or stops being a number
     """
     if lung is None:
-        lung = LUNGS[int(resting.torso.parameters["one_way_lung"])]
+        lung = default_lung(resting.torso)
     if lung not in LUNGS:
         raise ParameterError(f"lung is {lung!r}. Use {' or '.join(LUNGS)}.")
     rest = resting.rest(posture)
@@ -142,7 +150,7 @@ def simulate(
         raise UnstableSimulation(_diverged(done * step, machine, state), _dump(dump, state))
     s = record.scalars
     if lung == "one_way":
-        s = _one_way(torso, s, every * step)
+        s = _one_way(resting, record, every * step)
     return Trajectory(
         time=np.arange(1, n_frames + 1, dtype=np.float64) * (every * step),
         qpos=record.qpos,
@@ -155,14 +163,21 @@ def simulate(
         abdominal=s[:, 5],
         flow=s[:, 6],
         tension=record.tension,
+        lung_model=lung,
     )
 
 
-def _one_way(torso: Torso, scalars: Floats, frame: float) -> Floats:
-    """The frames with the papers' lung in place of what the engine wrote."""
-    p, out, found = torso.parameters, scalars.copy(), np.empty((len(scalars), 4))
+def _one_way(resting: RestingTorso, record: engine.Record, frame: float) -> Floats:
+    """The frames with the papers' lung, and the chest that it follows, for the engine's."""
+    p, out = resting.torso.parameters, record.scalars.copy()
+    found = np.empty((len(out), 4))
+    if resting.cavity is not None:
+        everything = np.arange(resting.torso.n_bound + resting.torso.n_particles)
+        poses = _replay(resting.torso, record.qpos, record.soft, everything)
+        vertices = resting.cavity.places(poses.position, poses.rotation, poses.points)
+        out[:, 1] = [enclosed_volume(x, resting.cavity.faces) for x in vertices]
     one_way_run(
-        np.ascontiguousarray(scalars[:, 1]), frame, p["one_way_share"], p["one_way_compliance"],
+        np.ascontiguousarray(out[:, 1]), frame, p["one_way_share"], p["one_way_compliance"],
         -p["end_expiratory_pleural"], p["one_way_k"], p["atmosphere"], found,
     )  # fmt: skip
     out[:, [0, 3, 4, 6]] = found
@@ -204,13 +219,16 @@ class Poses:
 
 def replay(resting: RestingTorso, trajectory: Trajectory, chosen: Ints) -> Poses:
     """Places of bodies and points; `chosen` (n,) are point indices."""
-    torso, n = resting.torso, len(trajectory.time)
-    machine = Machine(torso)
+    return _replay(resting.torso, trajectory.qpos, trajectory.soft, chosen)
+
+
+def _replay(torso: Torso, qpos: Floats, soft: Floats, chosen: Ints) -> Poses:
+    machine, n = Machine(torso), len(qpos)
     nb = machine.model.nbody
     position, rotation = np.zeros((n, nb, 3)), np.zeros((n, nb, 9))
     points = np.zeros((n, len(chosen), 3))
     engine.replay(
-        machine.bones, torso.plant, machine.work, trajectory.qpos, trajectory.soft,
+        machine.bones, torso.plant, machine.work, qpos, soft,
         np.asarray(chosen, dtype=np.int64), position, rotation, points,
     )  # fmt: skip
     return Poses(position=position, rotation=rotation.reshape(n, nb, 3, 3), points=points)
