@@ -1,4 +1,4 @@
-"""The chest cavity bound to four neighbours: at rest it is the cavity, and it follows as printed."""
+"""The chest cavity bound to four neighbours: it is the cavity at rest, and follows as printed."""
 
 from __future__ import annotations
 
