@@ -52,11 +52,11 @@ class BoundCavity:
         -------
         (n_frames, n, 3), m
         """
-        n_frames, n_bodies = position.shape[:2]
-        # Bones as columns: what they turn, then what they carry.
-        turned = rotation.transpose(0, 1, 3, 2).reshape(n_frames, 3 * n_bodies, 3)
-        by_bone = self.arm.reshape(len(self.arm), -1) @ turned + self.bone @ position
-        return np.asarray(by_bone + self.share @ points[:, self.vertex] + self.shift)
+        turned = rotation.transpose(0, 1, 3, 2).reshape(len(position), -1, 3)
+        moving = np.concatenate([turned, position, points[:, self.vertex]], axis=1)
+        weight = np.hstack([self.arm.reshape(len(self.arm), -1), self.bone, self.share])
+        # one large product instead of one a frame
+        return np.asarray(np.tensordot(moving, weight, (1, 1)).transpose(0, 2, 1) + self.shift)
 
 
 def bind_cavity(torso: Torso, position: Floats, rotation: Floats, points: Floats) -> BoundCavity:
