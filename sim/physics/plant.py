@@ -128,6 +128,7 @@ class Constants(NamedTuple):
     abdomen_volume: float
     bulk_modulus: float
     content_density: float
+    no_suction: bool
     tissue_volume: float
     lung_limit: float
     lung_scale: float
