@@ -30,6 +30,8 @@ from pipeline.settings import (
 if TYPE_CHECKING:
     import numpy as np
 
+    from sim.motion import Motion
+
 ROOT = Path(__file__).resolve().parents[1]
 # a torso of 1.75 m, body axes (X anterior, Y left, Z up), m
 TORSO = {
@@ -196,3 +198,90 @@ def write_c3d() -> Callable[..., Path]:
         return path
 
     return write
+
+
+def _box(half: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and outward faces of a box about the origin."""
+    import numpy as np
+    from scipy.spatial import ConvexHull
+
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+    faces = ConvexHull(corners).simplices.astype(np.int64)
+    a, b, c = corners[faces].swapaxes(0, 1)
+    inward = (np.cross(b - a, c - a) * (a + b + c)).sum(axis=1) < 0
+    faces[inward] = faces[inward, ::-1]
+    return corners * half, faces
+
+
+def _ball() -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and outward faces of a unit ball."""
+    import numpy as np
+    from scipy.spatial import ConvexHull
+
+    k = np.arange(120) + 0.5
+    up, round_ = 1 - 2 * k / 120, np.pi * (1 + 5**0.5) * k
+    flat = np.sqrt(1 - up**2)
+    points = np.column_stack([flat * np.cos(round_), flat * np.sin(round_), up])
+    faces = ConvexHull(points).simplices.astype(np.int64)
+    a, b, c = points[faces].swapaxes(0, 1)
+    inward = (np.cross(b - a, c - a) * a).sum(axis=1) < 0
+    faces[inward] = faces[inward, ::-1]
+    return points, faces
+
+
+@pytest.fixture(scope="session")
+def small_motion() -> Motion:
+    """A torso of three boxes and four balls: turning bones, soft parts, fibres, markers."""
+    import numpy as np
+    from scipy.spatial.transform import Rotation
+
+    from sim.model.bone_shapes import Shape
+    from sim.motion import Elements, Motion, Soft
+
+    time = 0.04 * np.arange(51)
+    breath = 0.5 * (1 - np.cos(np.pi * time))
+    still = np.zeros_like(time)
+    turns = [np.column_stack([still, -0.3 * breath * k, 0.1 * breath * k]) for k in (0, 1, 2)]
+    turn = np.stack([Rotation.from_rotvec(t).as_matrix() for t in turns], axis=1)
+    spine = np.array([0.0, 0.0, 0.2])
+    position = np.zeros((51, 3, 3))
+    position[:, 1] = spine
+    position[:, 2] = spine + turn[:, 1] @ [0.0, 0.1, 0.3]
+    quaternion = Rotation.from_matrix(turn.reshape(-1, 3, 3)).as_quat(scalar_first=True)
+    boxes = {"pelvis": (0.08, 0.12, 0.05), "T1-T4": (0.03, 0.03, 0.2), "rib_L5": (0.09, 0.02, 0.01)}
+    shapes = {}
+    for (name, half), tissue in zip(boxes.items(), ("bone", "bone", "cartilage"), strict=True):
+        vertices, faces = _box(half)
+        shapes[name] = Shape(body=name, tissue=tissue, vertices=vertices, faces=faces)
+    ball, faces = _ball()
+    swell = 1 + 0.1 * breath[:, None, None] * (1 + ball[None, :, 2:])
+    sizes = {"abdomen": 0.11, "diaphragm": 0.08, "chest_cavity": 0.1, "skin": 0.16}
+    soft = {
+        name: Soft(vertices=[0.0, 0.0, 0.3] + size * ball * swell, faces=faces)
+        for name, size in sizes.items()
+    }
+    rib = position[:, 2, None] + np.einsum("fij,pj->fpi", turn[:, 2], [[0.05, 0, 0], [0, 0.02, 0]])
+    ends = np.stack([rib, soft["diaphragm"].vertices[:, :2]], axis=2)
+    markers = soft["skin"].vertices[:, [3, 60, 110]]
+    measured = markers + 0.002 * np.sin(time)[:, None, None] + 0.004
+    volume = 2e-3 + 5e-4 * breath
+    return Motion(
+        time=time + 0.02,
+        bodies=tuple(boxes),
+        parents=("", "pelvis", "T1-T4"),
+        shapes=shapes,
+        position=position,
+        quaternion=quaternion.reshape(51, 3, 4),
+        soft=soft,
+        marker_names=("STRN", "</script><b>", "T10"),
+        markers=markers,
+        measured=measured,
+        elements=Elements(
+            group=("diaphragm", "rectus"),
+            tension=5.0 * breath[:, None] * [1.0, 0.2],
+            endpoints=ends,
+        ),
+        volumes={"lung": volume, "chest_cavity": volume + 1e-3, "abdomen": volume},
+        pressures={"lung": -50 * breath, "pleural": -500 - 200 * breath, "abdomen": 500 + still},
+        tissue_volume=1e-3,
+    )

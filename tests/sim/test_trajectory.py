@@ -7,6 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from sim.control.library import find_controls
 from sim.errors import InputError
@@ -147,3 +148,27 @@ def test_what_is_no_trajectory_is_refused(tmp_path: Path, written: Path) -> None
         with pytest.raises(InputError) as raised:
             load_motion(path)
         assert str(path) in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_a_file_holds_all_that_is_drawn(written: Path, moved: Motion) -> None:
+    read, _ = load_motion(written)
+    assert read.parents == moved.parents
+    assert read.measured is None
+    assert read.shapes.keys() == moved.shapes.keys()
+    for name, shape in moved.shapes.items():
+        kept = read.shapes[name]
+        assert (kept.body, kept.tissue) == (shape.body, shape.tissue)
+        np.testing.assert_allclose(kept.vertices, shape.vertices, atol=1e-7)
+        np.testing.assert_array_equal(kept.faces, shape.faces)
+
+
+def test_bodies_keep_their_joints(moved: Motion) -> None:
+    """A body that is carried turns about a fixed place in the frame of what carries it."""
+    turn = Rotation.from_quat(moved.quaternion.reshape(-1, 4), scalar_first=True).as_matrix()
+    turn = turn.reshape(*moved.quaternion.shape[:2], 3, 3)
+    for b, parent in enumerate(moved.parents):
+        if parent:
+            up = moved.bodies.index(parent)
+            away = moved.position[:, b] - moved.position[:, up]
+            own = np.einsum("fji,fj->fi", turn[:, up], away)
+            assert np.ptp(own, axis=0).max() < 1e-9

@@ -3,17 +3,30 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import sync_playwright
 
 from pipeline.job import make_job
 from pipeline.new_study import create
 from pipeline.status import write_ok, write_unusable
 from pipeline.workflow import read_plan
 
+CHROMIUM = "/usr/bin/chromium"
+# No sandbox: tests run as root. The rest keeps the browser from looking for its maker's hosts.
+BROWSER_FLAGS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
 RECORDING = ("recording", "kind", "subject", "path", "start_s", "end_s", "markers")
 SUBJECT = ("subject", "sex", "stature_m", "mass_kg", "posture")
 
@@ -104,3 +117,13 @@ def finished(in_study):
     lines += [f"cycle,{c},{g},0.2,0.1,0.3,0.9,1,no\n" for c in range(8) for g in groups]
     (results / "good" / "activations.csv").write_text(header + "".join(lines), encoding="utf-8")
     return in_study
+
+
+@pytest.fixture
+def browser():
+    if not shutil.which(CHROMIUM):
+        pytest.skip("no chromium: apt-get install chromium")
+    with sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=CHROMIUM, args=list(BROWSER_FLAGS))
+        yield opened
+        opened.close()

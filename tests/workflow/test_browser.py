@@ -2,39 +2,15 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import sync_playwright
 
 from pipeline.draw.fit import markers_time_svg, sagittal_svg
 from pipeline.report import write_report
 from pipeline.tabulate import write_group
 
 pytestmark = pytest.mark.slow
-
-CHROMIUM = "/usr/bin/chromium"
-# No sandbox: tests run as root. The rest keeps the browser from looking for its maker's hosts.
-FLAGS = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
-
-
-@pytest.fixture
-def browser():
-    if not shutil.which(CHROMIUM):
-        pytest.skip("no chromium: apt-get install chromium")
-    with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
-        yield opened
-        opened.close()
 
 
 @pytest.fixture
@@ -79,7 +55,7 @@ def test_links_of_the_contents_lead_to_sections(browser, page_of):
     page = browser.new_page()
     page.goto(page_of("good"))
     links = page.eval_on_selector_all("nav a", "all => all.map(a => a.getAttribute('href'))")
-    assert len(links) == 12
+    assert len(links) == 13
     for link in links:
         assert page.query_selector(link) is not None
 
