@@ -122,6 +122,7 @@ class Constants(NamedTuple):
     curvature: float
     eccentric: float
     recruited: float
+    passive_ahead: float
     contact_gap: float
     contact_stiffness: float
     contact_damping: float
