@@ -132,7 +132,9 @@ def test_time_moves_the_torso_as_the_trajectory_does(opened, small_motion):
     frame = 20
     at = float(small_motion.time[frame] - small_motion.time[0])
     opened.run(f"pleuraViewer.seek({at}); pleuraViewer.draw()")
-    surface = next(k for k, name in enumerate(small_motion.soft) if name == "diaphragm")
+    surface = opened.run(
+        "pleuraViewer.figures[0].told.surfaces.findIndex(s => s.layer === 'diaphragm')"
+    )
     seen = opened.run(
         "((mesh, index) => Array.from(index).flatMap(i => Array.from(mesh.pose.points"
         ".subarray(3 * i, 3 * i + 3))))(pleuraViewer.figures[0],"
@@ -221,7 +223,9 @@ def test_plots_of_a_report_share_the_cursor(browser, report):
     told = "JSON.parse(document.querySelector('svg[data-time-axes]').dataset.timeAxes)"
     line = opened.page.locator("line.time-cursor")
     assert float(line.get_attribute("x1")) == pytest.approx(opened.run(f"{place}({told})"), abs=0.1)
-    box = opened.page.locator("svg[data-time-axes]").bounding_box()
+    plot = opened.page.locator("svg[data-time-axes]")
+    plot.scroll_into_view_if_needed()
+    box = plot.bounding_box()
     opened.page.mouse.click(box["x"] + 0.3 * box["width"], box["y"] + 0.5 * box["height"])
     assert opened.run("pleuraViewer.clock.time") != pytest.approx(1.0, abs=0.01)
     assert opened.complaints() == []
