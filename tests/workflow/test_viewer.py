@@ -12,11 +12,12 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
+import soundfile
 
 from pipeline.draw.fit import volume_svg
 from pipeline.export import export
 from pipeline.report import write_report
-from pipeline.view import MOST_BYTES, SCRIPT, make_viewer, write_view
+from pipeline.view import MOST_BYTES, SCRIPT, data_address, make_viewer, write_view
 from sim.trajectory import save_motion
 
 pytestmark = pytest.mark.slow
@@ -132,7 +133,9 @@ def test_time_moves_the_torso_as_the_trajectory_does(opened, small_motion):
     frame = 20
     at = float(small_motion.time[frame] - small_motion.time[0])
     opened.run(f"pleuraViewer.seek({at}); pleuraViewer.draw()")
-    surface = next(k for k, name in enumerate(small_motion.soft) if name == "diaphragm")
+    surface = opened.run(
+        "pleuraViewer.figures[0].told.surfaces.findIndex(s => s.layer === 'diaphragm')"
+    )
     seen = opened.run(
         "((mesh, index) => Array.from(index).flatMap(i => Array.from(mesh.pose.points"
         ".subarray(3 * i, 3 * i + 3))))(pleuraViewer.figures[0],"
@@ -221,7 +224,9 @@ def test_plots_of_a_report_share_the_cursor(browser, report):
     told = "JSON.parse(document.querySelector('svg[data-time-axes]').dataset.timeAxes)"
     line = opened.page.locator("line.time-cursor")
     assert float(line.get_attribute("x1")) == pytest.approx(opened.run(f"{place}({told})"), abs=0.1)
-    box = opened.page.locator("svg[data-time-axes]").bounding_box()
+    plot = opened.page.locator("svg[data-time-axes]")
+    plot.scroll_into_view_if_needed()
+    box = plot.bounding_box()
     opened.page.mouse.click(box["x"] + 0.3 * box["width"], box["y"] + 0.5 * box["height"])
     assert opened.run("pleuraViewer.clock.time") != pytest.approx(1.0, abs=0.01)
     assert opened.complaints() == []
@@ -240,6 +245,36 @@ def test_two_trajectories_stand_side_by_side(browser, small_motion, tmp_path):
     picture = opened.picture()
     half = picture.shape[1] // 2
     assert drawn(picture[:, :half]) > 0.02 and drawn(picture[:, half:]) > 0.02
+    assert opened.complaints() == []
+
+
+def test_a_sound_leads_the_clock(browser, small_motion, tmp_path):
+    from pipeline import page
+
+    stream = io.BytesIO()
+    tone = 0.1 * np.sin(2 * np.pi * 220 * np.arange(16000) / 8000)
+    soundfile.write(stream, tone, 8000, format="WAV")
+    sound = data_address(stream.getvalue(), "audio/wav")
+    viewer = make_viewer({"laugh": small_motion}, place="l.h5", sound=sound, loop=False)
+    text = page.render("view.html", title="laugh", subtitle="", viewer=viewer, about={})
+    (tmp_path / "laugh.html").write_text(text, encoding="utf-8")
+    opened = Opened(browser, tmp_path / "laugh.html", viewport=WIDE).ready()
+    frame = 0.04
+    # the moment that is shown less the one that is heard
+    shown = "p.time[p.frame] + p.share * (p.time[p.next] - p.time[p.frame])"
+    apart = f"(p => {shown})(v.figures[0].pose) - v.clock.sound.currentTime"
+    for at in (0.2, 0.9, 1.5):
+        opened.run(f"pleuraViewer.seek({at})")
+        opened.page.get_by_role("button", name="Play").click()
+        opened.until(f"pleuraViewer.clock.time > {at + 0.1}")
+        playing = opened.run(
+            f"(v => {{ v.clock.advance(1); v.move(); return {apart}; }})(pleuraViewer)"
+        )
+        assert abs(playing) < frame
+        opened.page.get_by_role("button", name="Pause").click()
+        opened.page.wait_for_timeout(500)
+        stopped = opened.run(f"(v => {{ v.draw(); return {apart}; }})(pleuraViewer)")
+        assert abs(stopped) < frame
     assert opened.complaints() == []
 
 
