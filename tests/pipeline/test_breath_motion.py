@@ -81,6 +81,6 @@ def test_measured_markers_differ_by_what_the_fit_scores(small_motion):
         rotation=turn,
     )
     # 3 mm along the recording's first axis, which is the torso's second
-    signature = SimpleNamespace(time=small_motion.time, mean=simulated + [0.003, 0.0, 0.0])
+    signature = SimpleNamespace(time=small_motion.time, mean=simulated + np.eye(3)[0] * 0.003)
     away = with_measured(small_motion, fit, signature).measured - small_motion.markers
     assert np.allclose(away, [0.0, 0.003, 0.0], atol=1e-12)
