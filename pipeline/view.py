@@ -32,8 +32,8 @@ class Viewer:
     Parameters
     ----------
     description, data : of the scene, safe inside script elements
-    script : of the viewer; policy : which scripts the page may run
-    still : the picture without WebGL, as a data address
+    script : of the viewer; policy : what the page may run and play, for its security policy
+    still : the picture without WebGL, sound : what leads the clock, if any, as data addresses
     sentences : what is told below the picture
     """
 
@@ -42,6 +42,7 @@ class Viewer:
     script: Markup
     policy: str
     still: str
+    sound: str
     sentences: tuple[str, ...]
 
 
@@ -54,9 +55,14 @@ def script() -> str:
 
 @cache
 def policy() -> str:
-    """Return a source of scripts for the page's policy: this bundle and nothing else."""
+    """Return what the page's policy allows: this bundle, a sound inside the page, nothing else."""
     digest = hashlib.sha256(script().encode("utf-8")).digest()
-    return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
+    return f"script-src 'sha256-{base64.b64encode(digest).decode('ascii')}'; media-src data:"
+
+
+def data_address(content: bytes, kind: str) -> str:
+    """Return a file as an address that holds it; `kind` is its media type."""
+    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
 def _sentences(scene: Scene, motion: Motion) -> tuple[str, ...]:
@@ -77,7 +83,12 @@ def _fullest(motion: Motion) -> int:
 
 
 def make_viewer(
-    motions: Mapping[str, Motion], *, place: str, facts: Sequence[str] = (), loop: bool = True
+    motions: Mapping[str, Motion],
+    *,
+    place: str,
+    facts: Sequence[str] = (),
+    loop: bool = True,
+    sound: str = "",
 ) -> Viewer:
     """Make a viewer of one trajectory, or of several side by side.
 
@@ -87,16 +98,17 @@ def make_viewer(
     place : file that an error names
     facts : short lines about what is shown
     loop : whether the motion repeats itself
+    sound : data address of a sound that begins with the first frame and leads the clock
     """
     first = next(iter(motions.values()))
     scene = build_scene(motions, place=place, facts=facts, loop=loop)
-    still = base64.b64encode(still_png(first, _fullest(first))).decode("ascii")
     return Viewer(
         description=Markup(scene.description),
         data=Markup(scene.data),
         script=Markup(script()),
         policy=policy(),
-        still=f"data:image/png;base64,{still}",
+        still=data_address(still_png(first, _fullest(first)), "image/png"),
+        sound=sound,
         sentences=_sentences(scene, first),
     )
 

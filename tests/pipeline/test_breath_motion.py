@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pipeline.breath_motion import FIGURES, RIBS, best_breath
+from pipeline.breath_motion import FIGURES, RIBS, best_breath, with_measured
 from pipeline.model import TorsoModel
 from sim.model.torso import Subject
 from sim.trajectory import load_motion, save_motion
@@ -67,3 +67,20 @@ def test_kept_breath_is_the_run_of_the_fit(tmp_path):
     assert kept.marker_names == NAMES
     assert np.array_equal(kept.markers, breath.motion.markers)
     assert kept.elements is not None
+
+
+def test_measured_markers_differ_by_what_the_fit_scores(small_motion):
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    period = small_motion.time[-1] + 0.04
+    simulated = np.random.default_rng(2).normal(size=small_motion.markers.shape)
+    fit = SimpleNamespace(
+        inspiration_time=0.4 * period,
+        expiration_time=0.6 * period,
+        time=small_motion.time,
+        positions=simulated,
+        rotation=turn,
+    )
+    # 3 mm along the recording's first axis, which is the torso's second
+    signature = SimpleNamespace(time=small_motion.time, mean=simulated + np.eye(3)[0] * 0.003)
+    away = with_measured(small_motion, fit, signature).measured - small_motion.markers
+    assert np.allclose(away, [0.0, 0.003, 0.0], atol=1e-12)

@@ -12,11 +12,12 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
+import soundfile
 
 from pipeline.draw.fit import volume_svg
 from pipeline.export import export
 from pipeline.report import write_report
-from pipeline.view import MOST_BYTES, SCRIPT, make_viewer, write_view
+from pipeline.view import MOST_BYTES, SCRIPT, data_address, make_viewer, write_view
 from sim.trajectory import save_motion
 
 pytestmark = pytest.mark.slow
@@ -244,6 +245,37 @@ def test_two_trajectories_stand_side_by_side(browser, small_motion, tmp_path):
     picture = opened.picture()
     half = picture.shape[1] // 2
     assert drawn(picture[:, :half]) > 0.02 and drawn(picture[:, half:]) > 0.02
+    assert opened.complaints() == []
+
+
+def test_a_sound_leads_the_clock(browser, small_motion, tmp_path):
+    from pipeline import page
+
+    stream = io.BytesIO()
+    tone = 0.1 * np.sin(2 * np.pi * 220 * np.arange(16000) / 8000)
+    soundfile.write(stream, tone, 8000, format="WAV")
+    sound = data_address(stream.getvalue(), "audio/wav")
+    viewer = make_viewer({"laugh": small_motion}, place="l.h5", sound=sound, loop=False)
+    text = page.render("view.html", title="laugh", subtitle="", viewer=viewer, about={})
+    (tmp_path / "laugh.html").write_text(text, encoding="utf-8")
+    opened = Opened(browser, tmp_path / "laugh.html", viewport=WIDE).ready()
+    frame = 0.04
+    # the moment that is shown less the one that is heard
+    shown = "p.time[p.frame] + p.share * (p.time[p.next] - p.time[p.frame])"
+    apart = f"(p => {shown})(v.figures[0].pose) - v.clock.sound.currentTime"
+    # a sound may begin after a click only
+    opened.page.get_by_role("button", name="Play").click()
+    opened.run("pleuraViewer.toggle()")
+    for at in (0.2, 0.7, 1.2):
+        opened.run(f"pleuraViewer.seek({at}); pleuraViewer.toggle()")
+        opened.until(f"pleuraViewer.clock.time > {at + 0.1}")
+        playing = opened.run(
+            f"(v => {{ v.clock.advance(1); v.move(); return {apart}; }})(pleuraViewer)"
+        )
+        assert abs(playing) < frame
+        opened.run("pleuraViewer.toggle()")
+        opened.until("!pleuraViewer.moved && !pleuraViewer.clock.sound.seeking")
+        assert abs(opened.run(f"(v => {apart})(pleuraViewer)")) < frame
     assert opened.complaints() == []
 
 

@@ -16,7 +16,10 @@ export class Clock {
 
   pause() {
     this.playing = false;
-    if (this.sound) this.sound.pause();
+    if (!this.sound) return;
+    this.sound.pause();
+    // a sound runs on for a moment: it goes on from where the picture stands
+    this.sound.currentTime = this.time;
   }
 
   seek(time) {

@@ -1,6 +1,6 @@
 // One trajectory as meshes: rigid shapes, soft surfaces, muscles, markers.
 import {
-  BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, Group, InstancedMesh, Matrix4, Mesh,
+  BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSide, Group, InstancedMesh, Matrix4, Mesh,
   MeshStandardMaterial, OctahedronGeometry, SphereGeometry, Vector3,
 } from "three";
 import { Pose } from "./points.js";
@@ -49,7 +49,9 @@ class Layer {
     const solid = opacity >= 0.99;
     for (const mesh of this.meshes) mesh.visible = opacity > 0.01;
     if (this.material.transparent === solid) this.material.needsUpdate = true;
-    Object.assign(this.material, { opacity, transparent: !solid, depthWrite: solid });
+    // far sides of bones that are seen through only blur them
+    const side = solid || this.row.kind === "soft" ? DoubleSide : FrontSide;
+    Object.assign(this.material, { opacity, side, transparent: !solid, depthWrite: solid });
   }
 }
 

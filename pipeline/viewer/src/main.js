@@ -28,9 +28,9 @@ class Viewer {
     this.build();
   }
 
-  // A sound, if the page has one: an audio element with the id that the scene names.
+  // A sound, if the page has one, begins with the first frame and leads the clock.
   sound() {
-    return this.told.sound ? document.getElementById(this.told.sound) : null;
+    return document.getElementById("scene-sound");
   }
 
   build() {
