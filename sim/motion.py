@@ -12,11 +12,11 @@ from sim.model.anatomy import Placer
 from sim.model.bone_shapes import Shape, bone_shapes
 from sim.model.landmarks import attach, body_origins, marker_places, skin_places
 from sim.model.muscles import MUSCLE_GROUPS
+from sim.model.torso import Torso
 from sim.physics.surface import enclosed_volume
 from sim.physics.types import Floats, Ints
-from sim.rest import Machine
 from sim.resting import RestingTorso
-from sim.simulate import Trajectory
+from sim.simulate import Poses, Trajectory, default_lung, replay
 
 FREE = 6
 """Degrees of freedom of a body that nothing carries."""
@@ -74,7 +74,8 @@ class Motion:
     elements : muscle elements, or none were kept
     volumes : "lung", "chest_cavity", "abdomen", (n_frames,) each, m^3
     pressures : "lung" (alveolar), "pleural", "abdomen" (below the dome), (n_frames,) each, Pa
-    tissue_volume : m^3, of the chest cavity that is not gas in the lung
+    tissue_volume : m^3, of the chest cavity that is not gas in the lung; not a number with the
+        one-way lung, beside which there is gas
     """
 
     time: Floats
@@ -124,13 +125,17 @@ def _surface(points: Floats, faces: Ints) -> Soft:
     return Soft(vertices=points[:, used], faces=inverse.reshape(faces.shape).astype(np.int64))
 
 
-def _surfaces(resting: RestingTorso, points: Floats) -> dict[str, Soft]:
-    plant = resting.torso.plant
+def _surfaces(resting: RestingTorso, poses: Poses, *, bound: bool) -> dict[str, Soft]:
+    plant, points, cavity = resting.torso.plant, poses.points, resting.cavity
     n_dome = len(plant.chest_faces) - len(plant.contacts.face)
+    chest = _surface(points, plant.chest_faces)
+    if bound and cavity is not None:
+        vertices = cavity.places(poses.position, poses.rotation, points)
+        chest = Soft(vertices=vertices, faces=cavity.faces)
     return {
         "abdomen": _surface(points, plant.abdomen_faces),
         "diaphragm": _surface(points, plant.abdomen_faces[-n_dome:]),
-        "chest_cavity": _surface(points, plant.chest_faces),
+        "chest_cavity": chest,
     }
 
 
@@ -151,6 +156,18 @@ def body_shapes(resting: RestingTorso) -> dict[str, Shape]:
     return bone_shapes(torso.anatomy, Placer(torso.parameters), at)
 
 
+def _lung_volume(torso: Torso, trajectory: Trajectory, chest: Floats) -> tuple[Floats, float]:
+    """Volume of the lung in every frame, and of the tissue beside it, m^3.
+
+    The one-way lung is what its equations made it; in a pose that was not run, it is at rest.
+    """
+    if trajectory.lung_model == "one_way":
+        rest = torso.parameters["one_way_share"] * chest
+        return np.where(np.isnan(trajectory.lung), rest, trajectory.lung), np.nan
+    tissue = float(torso.plant.constants.tissue_volume)
+    return chest - tissue, tissue
+
+
 def _elements(resting: RestingTorso, points: Floats, tension: Floats) -> Elements:
     muscles = resting.torso.plant.muscles
     return Elements(
@@ -167,19 +184,13 @@ def motion(resting: RestingTorso, trajectory: Trajectory, *, posture: str) -> Mo
     ----------
     posture : the one that the run was made in
     """
-    torso = resting.torso
-    machine, n = Machine(torso), len(trajectory.time)
-    model, n_points = machine.model, torso.n_bound + torso.n_particles
-    position, rotation = np.zeros((n, model.nbody, 3)), np.zeros((n, model.nbody, 9))
-    points = np.zeros((n, n_points, 3))
-    engine.replay(
-        machine.bones, torso.plant, machine.work, trajectory.qpos, trajectory.soft,
-        np.arange(n_points), position, rotation, points,
-    )  # fmt: skip
-    matrix = rotation.reshape(n, model.nbody, 3, 3)
-    soft = _surfaces(resting, points)
+    torso, n = resting.torso, len(trajectory.time)
+    everything = np.arange(torso.n_bound + torso.n_particles)
+    poses = replay(resting, trajectory, everything)
+    position, matrix, points = poses.position, poses.rotation, poses.points
+    soft = _surfaces(resting, poses, bound=trajectory.lung_model == "one_way")
     chest = volumes_inside(soft["chest_cavity"])
-    tissue = float(torso.plant.constants.tissue_volume)
+    lung, tissue = _lung_volume(torso, trajectory, chest)
     named = resting.landmarks(posture)
     bound = attach(resting.vertices(posture), resting.skin.outside, np.array(list(named.values())))
     skin = skin_places(resting.skin, torso, points[:, resting.skin.point], position, matrix)
@@ -193,14 +204,14 @@ def motion(resting: RestingTorso, trajectory: Trajectory, *, posture: str) -> Mo
         parents=parents,
         shapes=body_shapes(resting),
         position=position,
-        quaternion=turned.reshape(n, model.nbody, 4),
+        quaternion=turned.reshape(n, -1, 4),
         soft=soft,
         marker_names=tuple(named),
         markers=marker_places(bound, skin),
         measured=None,
         elements=_elements(resting, points, trajectory.tension) if kept else None,
         volumes={
-            "lung": chest - tissue,
+            "lung": lung,
             "chest_cavity": chest,
             "abdomen": volumes_inside(soft["abdomen"]),
         },
@@ -219,7 +230,7 @@ def still_motion(resting: RestingTorso, state: engine.State, posture: str) -> Mo
     still = Trajectory(
         time=np.zeros(1), qpos=state.qpos[None], soft=state.soft[None], lung=nothing,
         chest=nothing, abdomen=nothing, alveolar=nothing, pleural=nothing, abdominal=nothing,
-        flow=nothing, tension=np.zeros((0, 0)),
+        flow=nothing, tension=np.zeros((0, 0)), lung_model=default_lung(resting.torso),
     )  # fmt: skip
     return motion(resting, still, posture=posture)
 

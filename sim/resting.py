@@ -8,6 +8,7 @@ import numpy as np
 
 from sim import engine
 from sim.errors import InputError
+from sim.model.binding import BoundCavity, bind_cavity
 from sim.model.landmarks import (
     Attachments,
     Skin,
@@ -33,10 +34,12 @@ class RestingTorso:
     ----------
     upright : the solved rest
     skin : how the skin follows
+    cavity : how the chest cavity follows, if the parameter set binds it
     """
 
     upright: RestState
     skin: Skin
+    cavity: BoundCavity | None = None
     _rests: dict[str, RestState] = field(default_factory=dict)
 
     @property
@@ -100,5 +103,13 @@ def rest_torso(
     return RestingTorso(
         upright=upright,
         skin=build_skin(upright.torso, upright.points),
+        cavity=_cavity(upright) if upright.torso.parameters["bound_cavity"] else None,
         _rests={"upright": upright},
     )
+
+
+def _cavity(rest: RestState) -> BoundCavity:
+    machine = Machine(rest.torso)
+    engine.predict(machine.bones, rest.torso.plant, machine.work, rest.state, 0.0)
+    rotation = machine.data.xmat.reshape(-1, 3, 3)
+    return bind_cavity(rest.torso, machine.data.xpos, rotation, rest.points)

@@ -14,6 +14,7 @@ from sim.model.landmarks import skin_places
 from sim.model.muscles import MUSCLE_GROUPS
 from sim.model.torso import Torso
 from sim.physics.one_way import one_way_follow, one_way_start
+from sim.physics.surface import enclosed_volume
 from sim.physics.types import Floats, Ints
 from sim.rest import GRAVITY, Machine, bed, copy_state
 from sim.resting import RestingTorso
@@ -42,6 +43,7 @@ class Trajectory:
     alveolar, pleural, abdominal : (n_frames,), pressures, Pa
     flow : (n_frames,), m^3/s, positive out
     tension : (n_frames, n_elements), N, or empty
+    lung_model : one of `LUNGS`
     """
 
     time: Floats
@@ -55,6 +57,12 @@ class Trajectory:
     abdominal: Floats
     flow: Floats
     tension: Floats
+    lung_model: str = LUNGS[0]
+
+
+def default_lung(torso: Torso) -> str:
+    """The lung of the torso's parameter set, one of `LUNGS`."""
+    return LUNGS[int(torso.parameters["one_way_lung"])]
 
 
 class OneWayLung(NamedTuple):
@@ -173,7 +181,7 @@ def go_on(
         if a speed passes 20 m/s or stops being a number
     """
     if lung is None:
-        lung = LUNGS[int(resting.torso.parameters["one_way_lung"])]
+        lung = default_lung(resting.torso)
     if lung not in LUNGS:
         raise ParameterError(f"lung is {lung!r}. Use {' or '.join(LUNGS)}.")
     posture = moment.posture
@@ -205,7 +213,7 @@ def go_on(
         raise UnstableSimulation(_diverged(done * step, machine, state), _dump(dump, state))
     s, papers = record.scalars, moment.one_way
     if lung == "one_way":
-        s, papers = _one_way(torso, s, every * step, papers)
+        s, papers = _one_way(resting, record, every * step, papers)
     trajectory = Trajectory(
         time=np.arange(1, n_frames + 1, dtype=np.float64) * (every * step),
         qpos=record.qpos,
@@ -218,21 +226,25 @@ def go_on(
         abdominal=s[:, 5],
         flow=s[:, 6],
         tension=record.tension,
+        lung_model=lung,
     )
     held = machine.work.held.copy()
     return trajectory, Moment(posture=posture, state=state, held=held, one_way=papers)
 
 
 def _one_way(
-    torso: Torso, scalars: Floats, frame: float, papers: OneWayLung | None
+    resting: RestingTorso, record: engine.Record, frame: float, papers: OneWayLung | None
 ) -> tuple[Floats, OneWayLung]:
-    """The frames with the papers' lung in place of what the engine wrote, and where it ends."""
-    p, out, found = torso.parameters, scalars.copy(), np.empty((len(scalars), 4))
-    chest, compliance, air = (
-        np.ascontiguousarray(scalars[:, 1]),
-        p["one_way_compliance"],
-        p["atmosphere"],
-    )
+    """The frames with the papers' lung and the chest that it follows, and where it ends."""
+    p, out = resting.torso.parameters, record.scalars.copy()
+    found = np.empty((len(out), 4))
+    compliance, air = p["one_way_compliance"], p["atmosphere"]
+    if resting.cavity is not None:
+        everything = np.arange(resting.torso.n_bound + resting.torso.n_particles)
+        poses = _replay(resting.torso, record.qpos, record.soft, everything)
+        vertices = resting.cavity.places(poses.position, poses.rotation, poses.points)
+        out[:, 1] = [enclosed_volume(x, resting.cavity.faces) for x in vertices]
+    chest = np.ascontiguousarray(out[:, 1])
     if papers is None:
         papers = OneWayLung(*one_way_start(
             float(chest[0]), p["one_way_share"], compliance, -p["end_expiratory_pleural"], air
@@ -277,13 +289,16 @@ class Poses:
 
 def replay(resting: RestingTorso, trajectory: Trajectory, chosen: Ints) -> Poses:
     """Places of bodies and points; `chosen` (n,) are point indices."""
-    torso, n = resting.torso, len(trajectory.time)
-    machine = Machine(torso)
+    return _replay(resting.torso, trajectory.qpos, trajectory.soft, chosen)
+
+
+def _replay(torso: Torso, qpos: Floats, soft: Floats, chosen: Ints) -> Poses:
+    machine, n = Machine(torso), len(qpos)
     nb = machine.model.nbody
     position, rotation = np.zeros((n, nb, 3)), np.zeros((n, nb, 9))
     points = np.zeros((n, len(chosen), 3))
     engine.replay(
-        machine.bones, torso.plant, machine.work, trajectory.qpos, trajectory.soft,
+        machine.bones, torso.plant, machine.work, qpos, soft,
         np.asarray(chosen, dtype=np.int64), position, rotation, points,
     )  # fmt: skip
     return Poses(position=position, rotation=rotation.reshape(n, nb, 3, 3), points=points)

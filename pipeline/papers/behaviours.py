@@ -25,6 +25,7 @@ from sim.errors import ParameterError, UnstableSimulation
 from sim.model.anatomy import Subject
 from sim.model.torso import lung_capacity
 from sim.resting import RestingTorso, rest_torso
+from sim.tables import CALIBRATED, parameters
 from sim.units import CUBIC_METRE_PER_LITRE as LITRE
 from sim.units import PASCAL_PER_CMH2O as CMH2O
 
@@ -33,10 +34,16 @@ MAN = Subject(sex="male", stature=1.756, mass=75.0)
 BREATHS = ("calm", "deep", "panting", "forced_exhale", "paradoxical_normal", "paradoxical")
 EVENTS = ("giggle", "laugh", "belly_laugh", "cough", "sneeze")
 PAIR = ("paradoxical", "paradoxical_normal")
+FORMS = {
+    "papers": ("papers", CALIBRATED),
+    "calibrated": ("calibrated", CALIBRATED),
+    "papers_set": ("papers", "papers"),
+}
+"""Forms of a run: the form of its control file and the parameter set of its torso."""
 
 
 def run_style(resting: RestingTorso, style: str, form: str) -> Behaviour:
-    """Run a behaviour for its own duration, upright."""
+    """Run a behaviour for its own duration, upright; `form` is that of the control file."""
     controls = find_controls(style, form)
     if controls.run_duration is None:
         raise ParameterError(f"{controls.place}: says no duration_s. Add it.")
@@ -117,11 +124,12 @@ def simulate_form(form: str, folder: Path) -> Path:
 
     Parameters
     ----------
-    form : "calibrated" or "papers"
+    form : one of `FORMS`
     folder : for FORM.json and FORM/
     """
     began = time.monotonic()
-    resting = rest_torso(MAN)
+    printed, numbers = FORMS[form]
+    resting = rest_torso(MAN, parameters=parameters(numbers))
     capacity = lung_capacity(MAN)
     figures: dict[str, Any] = {}
     runs: dict[str, Behaviour] = {}
@@ -129,7 +137,7 @@ def simulate_form(form: str, folder: Path) -> Path:
     own = folder / form
     for style in (*BREATHS, *EVENTS):
         try:
-            done = run_style(resting, style, form)
+            done = run_style(resting, style, printed)
         except UnstableSimulation as error:
             missing[style] = str(error)
             continue

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.papers.behaviours import EVENTS
+from pipeline.papers.behaviours import EVENTS, FORMS
 from pipeline.records import read_json
 
 STYLES = ("calm", "deep", "panting", "forced_exhale")
@@ -81,7 +81,7 @@ def read_figures(folder: Path) -> Figures:
     folder : results of the heavy rules
     """
     out: Figures = {}
-    for form in ("papers", "calibrated"):
+    for form in FORMS:
         own = read_json(folder / f"{form}.json")["figures"]
         out |= {f"{form}.{name}": value for name, value in own.items()}
         out |= {f"{form}.cross.{k}": v for k, v in cross_figures(own).items()}

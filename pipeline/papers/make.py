@@ -31,7 +31,7 @@ def make_part(part: str, folder: Path, settings: str | None, processes: int) -> 
 
     Parameters
     ----------
-    part : "papers" or "calibrated", a form of the behaviours; "map"; "experiments"
+    part : a form of the behaviours, "papers", "calibrated" or "papers_set"; "map"; "experiments"
     folder : results of the page
     settings : JSON, or nothing
     processes : threads of the map

@@ -12,13 +12,13 @@ from markupsafe import Markup
 from pipeline import page
 from pipeline.draw import papers as draw
 from pipeline.draw.section import Floats
+from pipeline.papers.behaviours import FORMS
 from pipeline.papers.breath_map import FIRST, volumes
 from pipeline.papers.table import RUNS
 from pipeline.records import read_json
 from sim.control.curves import Sawtooth
 from sim.control.library import find_controls
 
-FORMS = ("papers", "calibrated")
 STRIPS = ("calm", "giggle", "laugh", "belly_laugh", "cough", "sneeze", "paradoxical")
 MUSCLES = tuple(f"muscle_{name}" for name in ("curves", "activation", "contraction_strip",
                 "relaxation_strip", "release", "release_strip"))  # fmt: skip
@@ -72,9 +72,11 @@ def calm_place() -> tuple[float, float]:
     return level, calm.run_cycle(0.0)
 
 
-def _events(folder: Path, names: Mapping[str, str], pressure: str, label: str) -> str | None:
+def _events(
+    folder: Path, forms: tuple[str, ...], names: Mapping[str, str], pressure: str, label: str
+) -> str | None:
     runs = {}
-    for form in FORMS:
+    for form in forms:
         for style, name in names.items():
             curve = read_curve(folder / form / f"{style}.csv")
             if curve:
@@ -99,19 +101,20 @@ def drawings(folder: Path, parts: Mapping[str, Any], figures: Mapping[str, Any])
         "ball": draw.ball_svg(
             read_json(folder / "ball_pictures.json"), read_curve(folder / "ball.csv")
         ),
-        "laughs": _events(
-            folder, {"laugh": "laugh", "belly_laugh": "deep laugh"}, "alveolar_cmh2o",
-            "alveolar pressure (cmH2O)",
-        ),
-        "bursts": _events(
-            folder, {"cough": "cough", "sneeze": "sneeze"}, "abdominal_cmh2o",
-            "belly's pressure (cmH2O)",
-        ),
         "printed": draw.events_svg(
             {"the printed file": read_curve(folder / "printed.csv")}, "abdominal_cmh2o",
             "belly's pressure (cmH2O)",
         ),
     }  # fmt: skip
+    for end, forms in (("", ("papers", "calibrated")), ("_papers_set", ("papers_set",))):
+        made[f"laughs{end}"] = _events(
+            folder, forms, {"laugh": "laugh", "belly_laugh": "deep laugh"}, "alveolar_cmh2o",
+            "alveolar pressure (cmH2O)",
+        )  # fmt: skip
+        made[f"bursts{end}"] = _events(
+            folder, forms, {"cough": "cough", "sneeze": "sneeze"}, "abdominal_cmh2o",
+            "belly's pressure (cmH2O)",
+        )  # fmt: skip
     out = {name: page.own_ids(text, name) if text else None for name, text in made.items()}
     out |= {name: page.inline_svg(folder / f"{name}.svg") for name in MUSCLES}
     out["ribs"] = _ribs(folder, figures)

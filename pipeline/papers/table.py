@@ -15,8 +15,13 @@ from sim.errors import ParameterError
 TABLE, MECHANISMS, LEFT_OUT = (
     page.TABLES / f"papers_{part}.csv" for part in ("figures", "mechanisms", "left_out")
 )
-RUNS = {"papers": "as printed", "calibrated": "calibrated", "": "–"}
-"""Form of the control file that a row was run with, as the page says it."""
+RUNS = {
+    "papers": "as printed",
+    "calibrated": "calibrated",
+    "papers_set": "published set",
+    "": "–",
+}
+"""Form that a row was run in, as the page says it."""
 
 
 class Verdict(StrEnum):
@@ -37,7 +42,7 @@ class Printed:
     key : of the row, for its mechanisms
     section : of the page
     paper, place : where it stands
-    form : "papers", "calibrated" or nothing
+    form : "papers", "calibrated", "papers_set" or nothing
     figure : name of our value, `RECORD.NAME`
     printed : the number or the words
     unit : of limits and value; "finding" for a statement that is true or not
@@ -100,7 +105,7 @@ def read_printed() -> list[Printed]:
 def read_mechanisms() -> dict[tuple[str, str], str]:
     """(key, side) to one line of why; the side is in, low, high, yes or no.
 
-    A key without the form's name at its end is meant for both forms.
+    A key without the form's name at its end is meant for all forms.
     """
     return {(row["key"], row["side"]): row["why"] for row in page.read_rows(MECHANISMS)}
 

@@ -31,7 +31,7 @@ def chosen_frames(trajectory: Trajectory, frames: Sequence[int]) -> Trajectory:
     parts = {
         name: getattr(trajectory, name)[pick]
         for name in trajectory.__slots__
-        if len(getattr(trajectory, name)) == n and name != "tension"
+        if name not in ("tension", "lung_model") and len(getattr(trajectory, name)) == n
     }
     return replace(trajectory, **parts, tension=np.zeros((0, 0)))
 

@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from pipeline import page, records
 from pipeline.papers import plots
+from pipeline.papers.behaviours import FORMS
 from pipeline.papers.cross import read_figures
 from pipeline.papers.muscles import judged_muscles
 from pipeline.papers.table import (
@@ -29,7 +30,7 @@ from pipeline.validation.write import gathered, number_cell, verdict_cells
 
 COLUMNS = ("section", "paper", "place", "quantity", "run", "printed", "low", "high", "unit",
            "value", "verdict", "why", "band", "note")  # fmt: skip
-PARTS = ("papers", "calibrated", "map", "experiments")
+PARTS = (*FORMS, "map", "experiments")
 """Records of the heavy rules."""
 CLASSES = {Verdict.HOLDS: "good", Verdict.FAILS: "bad"}
 
@@ -114,7 +115,7 @@ def tally(sections: Mapping[str, Sequence[Judged]]) -> list[dict[str, Any]]:
 def problems(parts: Mapping[str, Any], rows: Sequence[Judged]) -> list[str]:
     """One line for each run that is missing, with what it costs, and for old records."""
     lines = []
-    for form in ("papers", "calibrated"):
+    for form in FORMS:
         for style, why in parts[form]["missing"].items():
             start = f"{form}.{style}."
             lost = sum(r.verdict is Verdict.NOT_THERE and r.row.figure.startswith(start)

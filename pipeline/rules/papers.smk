@@ -1,4 +1,4 @@
-# The papers' tables and figures made anew: behaviours in both forms, the map of breaths, experiments, one page.
+# The papers' tables and figures made anew: behaviours in three forms, the map of breaths, experiments, one page.
 rule papers_printed:
     output:
         "results/papers/papers.json",
@@ -19,6 +19,17 @@ use rule papers_printed as papers_calibrated with:
         "logs/papers/calibrated.log",
     params:
         part="calibrated",
+        settings=plan.papers,
+        version=places.version(),
+
+
+use rule papers_printed as papers_set with:
+    output:
+        "results/papers/papers_set.json",
+    log:
+        "logs/papers/papers_set.log",
+    params:
+        part="papers_set",
         settings=plan.papers,
         version=places.version(),
 
@@ -52,6 +63,7 @@ rule papers:
     input:
         rules.papers_printed.output,
         rules.papers_calibrated.output,
+        rules.papers_set.output,
         rules.papers_experiments.output,
         rules.papers_map.output,
     output:

@@ -6,6 +6,12 @@ import mujoco
 import numpy as np
 
 from sim.physics.types import Floats
+from sim.tables import read_rows
+
+
+def printed_masses() -> dict[str, float]:
+    """Masses of dilorenzo2009 Table 8.2, kg, by the name of the part here."""
+    return {row["part"]: float(row["mass_kg"]) for row in read_rows("bodies.csv")}
 
 
 def _inertia(points: Floats, mass: float, thickness: float) -> list[float]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from sim.model.bodies import add_body, ball
+from sim.model.bodies import add_body, ball, printed_masses
 from sim.model.mesh import along
 from sim.model.muscles import MuscleList
 from sim.model.points import Points
@@ -69,7 +69,10 @@ def girdle_mass(mass: float, p: Parameters) -> dict[str, float]:
     """Mass of one girdle, upper arm and forearm with hand, kg, in a body of `mass`."""
     shares = {"girdle": 0.5 * p["girdle_share"], "upper_arm": p["upper_arm_share"]}
     shares["forearm"] = p["forearm_share"]
-    return {part: share * mass for part, share in shares.items()}
+    masses = {part: share * mass for part, share in shares.items()}
+    if p["printed_masses"]:
+        masses["girdle"] = printed_masses()["girdle"]
+    return masses
 
 
 def girdle_outline(places: dict[str, Floats], side: int) -> dict[str, Floats]:

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from sim.model.anatomy import SIDES, Anatomy, Subject
-from sim.model.bodies import add_body, ball
+from sim.model.bodies import add_body, ball, printed_masses
 from sim.model.girdle import add_girdles, girdle_joints
 from sim.physics.plant import Joints, Tree
 from sim.physics.types import Floats
@@ -69,23 +69,35 @@ def margin_point(anatomy: Anatomy, side: int, t: float, parameters: Parameters) 
 
 
 def body_masses(subject: Subject, parameters: Parameters) -> dict[str, float]:
-    """Masses of the bodies, kg: shares of the body's mass, ribs by their length."""
+    """Masses of the bodies, kg: shares of the body's mass, or those of dilorenzo2009 Table 8.2.
+
+    "ribs" is the mass of all 24.
+    """
+    if parameters["printed_masses"]:
+        printed = printed_masses()
+        return printed | {"ribs": 24.0 * printed["rib"]}
     trunk = parameters["upper_trunk_share"] * subject.mass
     masses = {row["body"]: float(row["share"]) * trunk for row in read_rows("masses.csv")}
     masses["skull"] = parameters["head_share"] * subject.mass
     return masses
 
 
+def _rib_masses(anatomy: Anatomy, mass: float, *, alike: bool) -> Floats:
+    """(2, 12), kg, of ribs of `mass` together: all alike, or by their length."""
+    length = np.array([[_length(line) for line in side] for side in anatomy.rib])
+    if alike:
+        return np.full(length.shape, mass / length.size)
+    return np.asarray(mass * length / (2.0 * sum(length[0].tolist())))
+
+
 def _add_ribs(
-    bodies: dict[str, mujoco.MjsBody], anatomy: Anatomy, at: dict[str, Floats], mass: float
+    bodies: dict[str, mujoco.MjsBody], anatomy: Anatomy, at: dict[str, Floats], masses: Floats
 ) -> None:
-    total = sum(_length(anatomy.rib[0, i]) for i in range(12)) * 2.0
     for side, letter in enumerate(SIDES):
         for i in range(12):
             name, line = f"rib_{letter}{i + 1}", anatomy.rib[side, i]
-            parent = segment_of(f"T{i + 1}")
-            share = mass * _length(line) / total
-            bodies[name] = add_body(bodies[parent], name, line[0], at[parent], line, share, 0.02)
+            parent, mass = segment_of(f"T{i + 1}"), float(masses[side, i])
+            bodies[name] = add_body(bodies[parent], name, line[0], at[parent], line, mass, 0.02)
             ball(bodies[name], name)
             at[name] = line[0]
 
@@ -154,7 +166,8 @@ def build_skeleton(
         bodies[parent], "skull", base, at[parent], head, masses["skull"], 0.08
     )
     ball(bodies["skull"], "skull")
-    _add_ribs(bodies, anatomy, at, masses["ribs"])
+    ribs = _rib_masses(anatomy, masses["ribs"], alike=bool(parameters["printed_masses"]))
+    _add_ribs(bodies, anatomy, at, ribs)
     middle = anatomy.sternum_back.mean(axis=0)
     line = np.vstack([anatomy.sternum_front, anatomy.sternum_back, *anatomy.facet])
     bodies["sternum"] = add_body(

@@ -111,6 +111,10 @@ def build_torso(
         {level: segment_of(level) for level in anatomy.spine}, p,
     ).build()  # fmt: skip
     hung = add_carried(points, skeleton.body, anatomy.girdle, subject.mass, p)
+    if p["equal_point_masses"]:
+        # The tendon is points of the sheet like all others, which have no weight of their own.
+        hung[0].append(points.add(skeleton.body["central_tendon"], tendon.mean(axis=0)))
+        hung[1].append(p["tendon_mass"])
     sheets = SheetBuilder(points, muscles, tissue, cavity, p)
     sheets.diaphragm()
     sheets.crura(skeleton.body["T9-T12"])
@@ -145,6 +149,8 @@ def orient_tube(points: Points, cavity: Cavity, plant: Plant) -> Ints:
 
 
 def _masses(cavity: Cavity, n: int, p: Parameters) -> tuple[Floats, Floats]:
+    if p["equal_point_masses"]:
+        return np.full(n, p["wall_inertia"] / n), np.full(n, p["wall_weight"] / n)
     dome = np.zeros(n, dtype=bool)
     dome[[-h - 1 for column in cavity.diaphragm for h in column if h < 0]] = True
     inertia = np.where(dome, p["diaphragm_inertia"] / dome.sum(), p["wall_inertia"] / (~dome).sum())
@@ -163,12 +169,14 @@ def _constants(subject: Subject, p: Parameters, chest: float, belly: float) -> C
         curvature=p["hill_curvature"],
         eccentric=p["eccentric_force"],
         recruited=p["recruited_from"],
+        passive_ahead=p["passive_ahead"],
         contact_gap=p["contact_gap"],
         contact_stiffness=p["contact_stiffness"],
         contact_damping=p["contact_damping"],
         abdomen_volume=belly,
         bulk_modulus=p["bulk_modulus"],
         content_density=p["content_density"],
+        no_suction=bool(p["no_suction"]),
         tissue_volume=chest - lung["frc"],
         lung_limit=lung["frc"] + scale * recoil,
         lung_scale=scale,

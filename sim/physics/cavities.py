@@ -7,7 +7,7 @@ import numpy as np
 from sim.physics import lung
 from sim.physics.compiled import compiled, inner
 from sim.physics.plant import Constants, Plant
-from sim.physics.surface import press, volume_and_normals
+from sim.physics.surface import press, push, volume_and_normals
 from sim.physics.types import Floats
 from sim.physics.work import Work
 
@@ -77,7 +77,10 @@ def add_cavities(
     weight = k.content_density * gravity
     press(x, plant.chest_faces, work.chest_normal, lungs[2], np.zeros(3), work.f)
     origin = pressure - np.dot(weight, plant.reference)
-    press(x, plant.abdomen_faces, work.abdomen_normal, origin, weight, work.f)
+    if k.no_suction:
+        push(x, plant.abdomen_faces, work.abdomen_normal, origin, weight, work.f)
+    else:
+        press(x, plant.abdomen_faces, work.abdomen_normal, origin, weight, work.f)
     out[0], out[1], out[2] = lungs[0], chest, belly
     out[3], out[4], out[5], out[6] = lungs[1], lungs[2], pressure, lungs[3]
     return left, k.bulk_modulus * k.abdomen_volume / belly**2, chest_stiffness

@@ -122,12 +122,14 @@ class Constants(NamedTuple):
     curvature: float
     eccentric: float
     recruited: float
+    passive_ahead: float
     contact_gap: float
     contact_stiffness: float
     contact_damping: float
     abdomen_volume: float
     bulk_modulus: float
     content_density: float
+    no_suction: bool
     tissue_volume: float
     lung_limit: float
     lung_scale: float

@@ -96,6 +96,30 @@ def _press_evenly(faces: Ints, normal: Floats, pressure: float, out: Floats) -> 
 
 
 @compiled
+def push(
+    x: Floats, faces: Ints, normal: Floats, pressure: float, gradient: Floats, out: Floats
+) -> None:
+    """Add the nodal forces of a pressure that never pulls: max(0, P A / 3) n for each face.
+
+    Parameters as in `press`; P is that of the middle of a face. Where a gradient leaves some
+    faces without a force, what is left is no longer the gradient of a volume.
+
+    References
+    ----------
+    dilorenzo2009, Eq. 3.3
+    """
+    for f in range(faces.shape[0]):
+        i, j, k = np.uintp(faces[f, 0]), np.uintp(faces[f, 1]), np.uintp(faces[f, 2])
+        here = pressure
+        for c in range(3):
+            here += gradient[c] * (x[i, c] + x[j, c] + x[k, c]) / 3.0
+        s = max(0.0, here) / 6.0
+        for v in (i, j, k):
+            for c in range(3):
+                out[v, c] += s * normal[f, c]
+
+
+@compiled
 def add_pressure(x: Floats, faces: Ints, pressure: float, gradient: Floats, out: Floats) -> None:
     """`press` on a mesh whose normals are not at hand."""
     normal = np.empty((faces.shape[0], 3))

@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 
 from pipeline import page
+from pipeline.papers.behaviours import FORMS
 from pipeline.papers.cross import cross_figures
 from pipeline.papers.table import (
     LEFT_OUT,
@@ -29,7 +30,7 @@ ROW = Printed(
     quantity="air", figure="papers.calm.air", printed="0.5", low=0.45, high=0.55, unit="L",
     band="within 10 %", note="",
 )  # fmt: skip
-RECORDS = ("papers.", "calibrated.", "map.", "ball.", "printed.", "size.")
+RECORDS = (*(f"{form}." for form in FORMS), "map.", "ball.", "printed.", "size.")
 
 
 def test_every_row_of_the_table_can_be_judged():
@@ -44,8 +45,16 @@ def test_every_row_of_the_table_can_be_judged():
 
 def test_rows_of_a_form_take_their_value_from_that_form():
     for row in read_printed():
-        if row.form and row.figure.split(".")[0] in ("papers", "calibrated"):
+        if row.form and row.figure.split(".")[0] in FORMS:
             assert row.figure.startswith(f"{row.form}."), row.key
+
+
+def test_what_is_held_against_both_forms_is_held_against_the_published_set_too():
+    forms: dict[str, set[str]] = {}
+    for row in read_printed():
+        if row.figure.split(".")[0] in FORMS:
+            forms.setdefault(row.figure.split(".", 1)[1], set()).add(row.form)
+    assert all(found == set(FORMS) for found in forms.values())
 
 
 def test_mechanisms_belong_to_rows_and_sides():
@@ -74,7 +83,7 @@ def test_a_number_is_held_against_its_band(value, verdict, why):
     assert (judged.verdict, judged.why, judged.value) == (verdict, why, value)
 
 
-def test_a_mechanism_may_be_meant_for_both_forms():
+def test_a_mechanism_may_be_meant_for_all_forms():
     told = {("calm", "in"): "levels were chosen"}
     assert judge(ROW, {"papers.calm.air": 0.5}, told).why == "levels were chosen"
 

@@ -1,12 +1,15 @@
-"""The torso with the papers' muscles: it rests and breathes with the printed activations."""
+"""The torso of the papers' set: it rests, breathes with the printed activations, ends every run."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from sim.behaviour import run_controls
 from sim.breaths import sawtooth
+from sim.control.library import STYLES, find_controls
 from sim.model.torso import Subject
+from sim.motion import rest_motion, volumes_inside
 from sim.physics.types import Floats
 from sim.resting import RestingTorso, rest_torso
 from sim.simulate import Trajectory, group_activation, simulate
@@ -59,3 +62,29 @@ def test_dilorenzo_table_7_1_breath(papers: RestingTorso) -> None:
 def test_dilorenzo_section_7_2_paradoxical_breath_moves_less_air(papers: RestingTorso) -> None:
     # Printed: 400 ml, half of the normal breath; here it is less than half.
     assert tidal_volume(breathe(papers, PARADOXICAL)) < 0.5 * tidal_volume(breathe(papers, BREATH))
+
+
+@pytest.mark.slow
+def test_dilorenzo_section_6_3_1_lung_fills_four_fifths_of_the_bound_chest(
+    papers: RestingTorso,
+) -> None:
+    run = breathe(papers, BREATH)
+    still = rest_motion(papers, "upright")
+    bound = float(volumes_inside(still.soft["chest_cavity"])[0])
+    assert run.lung_model == "one_way"
+    assert run.chest[0] == pytest.approx(bound, rel=1e-4)
+    assert run.lung[0] == pytest.approx(0.8 * bound, rel=1e-3)
+    assert still.volumes["lung"][0] == pytest.approx(0.8 * bound)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("style", [s for s in STYLES if s != "vital_capacity"])
+def test_every_printed_behaviour_ends(papers: RestingTorso, style: str) -> None:
+    controls = find_controls(style, "papers")
+    assert controls.run_duration is not None
+    done = run_controls(papers, controls, posture="upright", duration=controls.run_duration)
+    found, run = done.figures(), done.trajectory
+    assert found["tidal_volume_l"] > 0.0
+    assert 0.0 < run.lung.min() < run.lung.max() < run.chest.max()
+    np.testing.assert_array_equal(done.motion.volumes["lung"], run.lung)
+    np.testing.assert_allclose(done.motion.volumes["chest_cavity"], run.chest, rtol=1e-3)

@@ -37,6 +37,13 @@ def test_papers_changes_the_rows_of_its_own_table_and_nothing_else() -> None:
     assert PAPERS["eccentric_force"] == 0.0
 
 
+@pytest.mark.parametrize(
+    "name", ["bound_cavity", "equal_point_masses", "no_suction", "one_way_lung", "printed_masses"]
+)
+def test_what_is_only_published_is_on_in_papers_alone(name: str) -> None:
+    assert (parameters()[name], PAPERS[name]) == (0.0, 1.0)
+
+
 def test_a_changed_copy_stays_in_its_set() -> None:
     assert PAPERS.replace(bulk_modulus=3e5).name == "papers"
 

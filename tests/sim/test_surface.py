@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from sim.physics.surface import add_pressure, enclosed_volume
+from sim.physics.surface import add_pressure, enclosed_volume, push, volume_and_normals
 from sim.physics.types import Floats, Ints
 
 NONE = np.zeros(3)
@@ -119,3 +119,28 @@ def test_the_weight_acts_at_the_centre_of_the_fluid() -> None:
     moment = np.cross(x - [1.0, -2.0, 3.0], f).sum(axis=0)
     assert np.abs(moment).max() < 2e-3 * np.abs(f).sum()
     assert f[:, 2].sum() == pytest.approx(-9810.0 * enclosed_volume(x, faces), rel=1e-12)
+
+
+def pushed(x: Floats, faces: Ints, pressure: float, gradient: Floats = NONE) -> Floats:
+    out, normal = np.zeros_like(x), np.empty((len(faces), 3))
+    volume_and_normals(x, faces, normal)
+    push(x, faces, normal, pressure, gradient, out)
+    return out
+
+
+def test_dilorenzo_eq_3_3_pushes_and_never_pulls() -> None:
+    x, faces = bumpy(3)
+    np.testing.assert_allclose(pushed(x, faces, 900.0), forces(x, faces, 900.0), atol=1e-12)
+    assert not pushed(x, faces, -900.0).any()
+
+
+def test_a_face_under_suction_gets_no_force() -> None:
+    x, faces = bumpy(4)
+    middle = x[:, 2].mean()
+    up = np.array([0.0, 0.0, 500.0])
+    f = pushed(x, faces, -500.0 * middle, up)
+    # pressure grows with height from nothing at the middle: what lies below is left alone
+    below = np.setdiff1d(np.arange(len(x)), faces[x[faces, 2].mean(axis=1) > middle])
+    assert len(below) and not f[below].any()
+    # and the mesh is pushed as a whole, which a pressure that may pull never does here
+    assert f[:, 2].sum() > 0.0

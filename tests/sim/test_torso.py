@@ -91,6 +91,35 @@ def test_particles_have_mass(torso: Torso) -> None:
     assert torso.plant.particle_weight.sum() == pytest.approx(weight)
 
 
+def test_dilorenzo_table_8_2_gives_the_masses_of_papers() -> None:
+    printed = {row["part"]: float(row["mass_kg"]) for row in read_rows("bodies.csv")}
+    model = build_torso(MAN, parameters=parameters("papers")).skeleton.model
+    for name in (*SEGMENTS, "skull", "sternum"):
+        assert model.body(name).mass[0] == printed[name]
+    for side in SIDES:
+        assert [model.body(f"rib_{side}{i}").mass[0] for i in range(1, 13)] == pytest.approx(
+            [0.7] * 12
+        )
+        for part in ("2", "3", "4", "5", "6-10"):
+            assert model.body(f"cartilage_{side}{part}").mass[0] == printed[f"cartilage_{part}"]
+        assert model.body(f"girdle_{side}").mass[0] == 3.43
+
+
+def test_dilorenzo_section_3_2_all_points_of_the_abdomen_are_alike() -> None:
+    torso = build_torso(MAN, parameters=parameters("papers"))
+    body = torso.skeleton.body["central_tendon"]
+    tendon = torso.skeleton.model.body_mass[body]
+    every = np.unique(np.vstack([torso.plant.abdomen_faces, torso.plant.chest_faces]))
+    on_tendon = every[every < torso.n_bound]
+    count = int((torso.plant.point_body[on_tendon] == body).sum())
+    inertia = torso.plant.particle_inertia
+    assert inertia.sum() + tendon == pytest.approx(8.0)
+    np.testing.assert_allclose(inertia, tendon / count, rtol=1e-3)
+    # forces on them are those of muscles and pressure: no weight
+    assert not torso.plant.particle_weight.any()
+    assert torso.plant.carried_mass[-1] == pytest.approx(tendon)
+
+
 def closed(faces: Ints) -> bool:
     """Every edge runs once each way."""
     edges = np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
