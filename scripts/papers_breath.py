@@ -23,7 +23,7 @@ from sim.tables import Parameters, parameters
 
 OUT = Path(__file__).resolve().parents[1] / "docs" / "figures" / "papers_breath.csv"
 MAN = Subject(sex="male", stature=1.756, mass=75.0)
-SCALES = (1.0, 5.0, 8.0, 10.0)
+SCALES = (1.0, 5.0, 8.0, 12.0)
 STEPS = (0.002, 0.001, 0.0005, 0.00025)
 LITRE, CMH2O, MS = 1e-3, 98.0665, 1e3
 GRID = [(e, d, p) for e in (0.14, 0.3, 0.6, 0.8) for d in (0.05, 0.1, 0.2, 0.4, 0.8)

@@ -124,6 +124,8 @@ def pack_muscles(
     a, b = points.resolve(muscles.a), points.resolve(muscles.b)
     x = points.places()
     group, chain = np.array(muscles.group), np.array(muscles.chain)
+    if parameters["separate_elements"]:
+        chain = np.arange(len(chain))
     names = [MUSCLE_GROUPS[g] for g in group]
     strength = element_strengths(names, muscles.region, np.array(muscles.width), sex, parameters)
     rest = np.linalg.norm(x[b] - x[a], axis=1) / strength.optimum

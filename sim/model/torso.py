@@ -169,7 +169,6 @@ def _constants(subject: Subject, p: Parameters, chest: float, belly: float) -> C
         curvature=p["hill_curvature"],
         eccentric=p["eccentric_force"],
         recruited=p["recruited_from"],
-        passive_ahead=p["passive_ahead"],
         contact_gap=p["contact_gap"],
         contact_stiffness=p["contact_stiffness"],
         contact_damping=p["contact_damping"],

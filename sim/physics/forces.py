@@ -158,8 +158,7 @@ def muscle_masses(
             continue
         chain = muscles.chain[e]
         ratio = fibres.span[chain] / muscles.chain_rest[chain]
-        longer = (fibres.length[e] + constants.passive_ahead) / rest
-        k = muscles.k_pe[e] * passive_shape(longer)[1] / rest
+        k = muscles.k_pe[e] * passive_shape(fibres.length[e] / rest)[1] / rest
         d = muscles.b_pe[e] / rest
         count = max(1.0, ENOUGH * muscles.chain_count[chain])
         force = level * muscles.f_max[e] * count / muscles.chain_rest[chain]

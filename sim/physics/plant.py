@@ -122,7 +122,6 @@ class Constants(NamedTuple):
     curvature: float
     eccentric: float
     recruited: float
-    passive_ahead: float
     contact_gap: float
     contact_stiffness: float
     contact_damping: float

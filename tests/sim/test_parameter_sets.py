@@ -38,7 +38,15 @@ def test_papers_changes_the_rows_of_its_own_table_and_nothing_else() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["bound_cavity", "equal_point_masses", "no_suction", "one_way_lung", "printed_masses"]
+    "name",
+    [
+        "bound_cavity",
+        "equal_point_masses",
+        "no_suction",
+        "one_way_lung",
+        "printed_masses",
+        "separate_elements",
+    ],
 )
 def test_what_is_only_published_is_on_in_papers_alone(name: str) -> None:
     assert (parameters()[name], PAPERS[name]) == (0.0, 1.0)

@@ -105,6 +105,13 @@ def test_dilorenzo_table_8_2_gives_the_masses_of_papers() -> None:
         assert model.body(f"girdle_{side}").mass[0] == 3.43
 
 
+def test_dilorenzo_section_3_2_3_every_element_is_a_muscle_in_papers(torso: Torso) -> None:
+    muscles = build_torso(MAN, parameters=parameters("papers")).plant.muscles
+    assert (muscles.chain_count == 1.0).all()
+    np.testing.assert_allclose(muscles.chain_rest[muscles.chain], muscles.rest)
+    assert torso.plant.muscles.chain_count.max() > 5.0
+
+
 def test_dilorenzo_section_3_2_all_points_of_the_abdomen_are_alike() -> None:
     torso = build_torso(MAN, parameters=parameters("papers"))
     body = torso.skeleton.body["central_tendon"]
