@@ -29,6 +29,7 @@ from sim.physics.joints import add_joints
 from sim.physics.plant import Plant
 from sim.physics.rigid import move_points, place_points, project
 from sim.physics.system import refresh, solve_step
+from sim.physics.turning import loosest
 from sim.physics.types import Floats, Ints
 from sim.physics.work import Work
 
@@ -45,10 +46,13 @@ __all__ = [
     "total_forces",
 ]
 
-FAR = 0.003
-"""m; once the fastest point has gone so far, threads have turned and the matrix is renewed."""
-CHANGED = 0.1
-"""Change of a group's activation, and so of its stiffness, at which the matrix is renewed."""
+FAR = 0.01
+"""m; once the fastest point has gone so far, contacts and arms differ: the matrix is renewed."""
+LOOSE = 0.6
+"""Share of what the matrix holds across a fibre's line that may act there before it is renewed."""
+MORE, LESS, SLIGHT = 4.0 / 3.0, 0.5, 0.02
+"""A group's activation over that of the matrix at which it is renewed: its fibres resist as much
+more or less. More leaves the bound of a stable step, less only slows; slight ones do neither."""
 FOLLOW_EVERY = 2
 """Steps after which the diaphragm particles look for the face beside them."""
 
@@ -192,6 +196,16 @@ def _keep(record: Record, frame: int, work: Work, state: State, out: Floats, spe
         record.tension[frame] = work.fibres.tension
 
 
+@inner
+def _differs(activation: Floats, known: Floats) -> bool:
+    """Whether a group resists by much more or less than the matrix has it."""
+    for g in range(known.shape[0]):
+        level, had = activation[g], known[g]
+        if level > MORE * had + SLIGHT or level < LESS * had - SLIGHT:
+            return True
+    return False
+
+
 @compiled
 def run(
     bones: Bones,
@@ -219,7 +233,8 @@ def run(
         if i % FOLLOW_EVERY == 0:
             follow_sheet(work.x, plant.contacts, work.held)
         due = i - refreshed >= schedule.refresh_every or gone >= FAR
-        if due or np.abs(activation - known).max() >= CHANGED:
+        due = due or loosest(work.x, plant.muscles, work.lines) >= LOOSE
+        if due or _differs(activation, known):
             refreshed, gone = i, 0.0
             known[:] = activation
             work.f[:] = 0.0

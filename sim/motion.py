@@ -127,14 +127,13 @@ def _surface(points: Floats, faces: Ints) -> Soft:
 
 def _surfaces(resting: RestingTorso, poses: Poses, *, bound: bool) -> dict[str, Soft]:
     plant, points, cavity = resting.torso.plant, poses.points, resting.cavity
-    n_dome = len(plant.chest_faces) - len(plant.contacts.face)
     chest = _surface(points, plant.chest_faces)
     if bound and cavity is not None:
         vertices = cavity.places(poses.position, poses.rotation, points)
         chest = Soft(vertices=vertices, faces=cavity.faces)
     return {
         "abdomen": _surface(points, plant.abdomen_faces),
-        "diaphragm": _surface(points, plant.abdomen_faces[-n_dome:]),
+        "diaphragm": _surface(points, plant.abdomen_faces[-resting.torso.n_dome :]),
         "chest_cavity": chest,
     }
 

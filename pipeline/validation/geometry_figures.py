@@ -65,21 +65,24 @@ def bone_figures(resting: RestingTorso) -> Figures:
 def apposition(resting: RestingTorso, posture: str) -> Figures:
     """Zone of apposition and areas of the diaphragm at rest in a posture."""
     torso, x = resting.torso, np.ascontiguousarray(resting.rest(posture).points)
-    contacts, columns = torso.plant.contacts, torso.diaphragm
+    columns = torso.diaphragm
     gap = _gaps(resting, x)
     rim = x[columns[:, 0]]
     height = np.array([_top(x, fibre, gap) for fibre in columns]) - rim[:, 2]
     middle = np.abs(rim[:, 0] - 0.5 * (rim[:, 0].min() + rim[:, 0].max()))
     side = [int(np.argmin(np.where(sign * rim[:, 1] > 0.0, middle, np.inf))) for sign in (-1, 1)]
     near = set(columns[:, 0].tolist()) | {p for p, g in gap.items() if g < APPOSED}
-    dome = torso.plant.abdomen_faces[-(len(torso.plant.chest_faces) - len(contacts.face)) :]
+    dome, sheet = (
+        torso.plant.abdomen_faces[-torso.n_dome :],
+        torso.plant.chest_faces[: -torso.n_dome],
+    )
     on_ribs = np.array([set(face) <= near for face in dome.tolist()])
     fleshy = set(columns[:, :-1].ravel().tolist())
     muscle = np.array([bool(set(face) & fleshy) for face in dome.tolist()])
     whole = _area(x, dome)
     return {
         "apposition_height": MM * float(height[side].mean()),
-        "apposition_of_rib_cage": PERCENT * _area(x, dome[on_ribs]) / _area(x, contacts.face),
+        "apposition_of_rib_cage": PERCENT * _area(x, dome[on_ribs]) / _area(x, sheet),
         "apposition_of_diaphragm": _area(x, dome[on_ribs]) / whole,
         "tendon_share": 1.0 - _area(x, dome[muscle]) / whole,
         "diaphragm_area": CM2 * _area(x, dome[muscle]),

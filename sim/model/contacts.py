@@ -23,6 +23,21 @@ def _neighbours(faces: Ints) -> Ints:
     return out
 
 
+def off_the_spine(sheet: Ints, body: Ints, spine: set[int]) -> Ints:
+    """Faces of the sheet that the diaphragm may touch: all but those on vertebrae alone.
+
+    They lie along the ray that they are seen by, so a particle at the back would find now one of
+    them, now a rib's; crura and arcuate ligaments hold the diaphragm at the spine, not contact.
+
+    Parameters
+    ----------
+    sheet : (n, 3), points of each face
+    body : (n_bound,), body of each point
+    spine : bodies of the vertebral column
+    """
+    return sheet[~np.isin(body[sheet], sorted(spine)).all(axis=1)]
+
+
 TIE = 1e-6
 """Difference of barycentric weights that counts as none."""
 

@@ -68,6 +68,11 @@ def margin_point(anatomy: Anatomy, side: int, t: float, parameters: Parameters) 
     return np.asarray(point)
 
 
+def spine_bodies(index: dict[str, int]) -> set[int]:
+    """Bodies of the vertebral column and of the pelvis, given the numbers of all by name."""
+    return {index[name] for name in ("pelvis", *SEGMENTS)}
+
+
 def body_masses(subject: Subject, parameters: Parameters) -> dict[str, float]:
     """Masses of the bodies, kg: shares of the body's mass, or those of dilorenzo2009 Table 8.2.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from sim.model.anatomy import Anatomy, Subject, build_anatomy
 from sim.model.cavity import Cavity, CavityBuilder
-from sim.model.contacts import build_contacts
+from sim.model.contacts import build_contacts, off_the_spine
 from sim.model.dome import tendon_edge
 from sim.model.girdle import GirdleBuilder, add_carried
 from sim.model.links import build_links
@@ -22,7 +22,7 @@ from sim.model.muscles import (
 )
 from sim.model.points import Points
 from sim.model.sheets import SheetBuilder
-from sim.model.skeleton import Skeleton, build_skeleton, segment_of
+from sim.model.skeleton import Skeleton, build_skeleton, segment_of, spine_bodies
 from sim.model.trunk_muscles import TrunkMuscleBuilder
 from sim.physics.blocks import analyse
 from sim.physics.muscle import HILL
@@ -46,6 +46,7 @@ class Torso:
     plant : everything as flat arrays
     places : (n_points, 3), all points as built, bound points first, m
     diaphragm, wall : (n_columns, n_rows), point indices, rim first
+    n_dome : faces of the diaphragm, the last of both cavities
     outer : (n, 3), faces of the tube that carries the skin (rib cage and belly), outward
     rows : (2, 12) lists, points of the sheet along each rib
     """
@@ -58,6 +59,7 @@ class Torso:
     places: Floats
     diaphragm: Ints
     wall: Ints
+    n_dome: int
     outer: Ints
     rows: list[list[Ints]]
 
@@ -135,6 +137,7 @@ def build_torso(
         places=points.places(),
         diaphragm=points.resolve(cavity.diaphragm),
         wall=points.resolve(cavity.wall),
+        n_dome=len(cavity.diaphragm_faces),
         outer=outer,
         rows=[[points.resolve(row) for row in side] for side in cavity.rows],
     )
@@ -211,12 +214,12 @@ def _pack(
     place = {tuple(sorted((int(pattern.order[i]), int(pattern.order[j])))): s
              for s, (i, j) in enumerate(pattern.pair)}  # fmt: skip
     slots = {(a, b): place[a - n_bound, b - n_bound] for a, b in edges.tolist()}
-    sheet = chest[: len(cavity.sheet_faces)]
+    body = np.array(points.body, dtype=np.int64)
+    sheet = off_the_spine(chest[: len(cavity.sheet_faces)], body, spine_bodies(skeleton.body))
     dome = [h for column in cavity.diaphragm for h in column if h < 0]
     inertia, weight = _masses(cavity, n, p)
     data = mujoco.MjData(skeleton.model)
     mujoco.mj_kinematics(skeleton.model, data)
-    body = np.array(points.body, dtype=np.int64)
     return Plant(
         tree=skeleton.tree,
         joints=skeleton.joints,

@@ -15,6 +15,7 @@ from sim.physics.forces import muscle_masses
 from sim.physics.joints import add_joint_masses
 from sim.physics.mass import Mass, add_mass, arm, project_masses
 from sim.physics.plant import Plant, Tree
+from sim.physics.turning import keep_lines
 from sim.physics.types import Floats, Ints
 from sim.physics.work import Work
 
@@ -106,9 +107,10 @@ def _add_threads(plant: Plant, work: Work, step: float, activation: Floats, cent
     square = step * step
     along = np.empty(muscles.a.shape[0])
     muscle_masses(step, muscles, plant.constants, activation, fibres, along)
+    across = square * fibres.tension / fibres.length
+    keep_lines(x, muscles, plant.particle_inertia, along, across, work.lines)
     _add_list(
-        tree.body_root, body, x, muscles.a, muscles.b, muscles.slot, along,
-        square * fibres.tension / fibres.length, centre,
+        tree.body_root, body, x, muscles.a, muscles.b, muscles.slot, along, across, centre,
         matrix.diagonal, matrix.off, matrix.pairs, matrix.joined,
     )  # fmt: skip
     _add_list(

@@ -38,7 +38,7 @@ def _look(x: Floats, faces: Ints, g: int, p: int, axis: float) -> Crossing:
     qx, qy, qz = ox + reach * dx, oy + reach * dy, oz
     s = (nx * (qz * wy - qy * wz) + ny * (qx * wz - qz * wx) + nz * (qy * wx - qx * wy)) / size**2
     t = (nx * (uz * qy - uy * qz) + ny * (ux * qz - uz * qx) + nz * (uy * qx - ux * qy)) / size**2
-    seen = slope <= LEAST_SLOPE
+    seen = slope <= LEAST_SLOPE and reach > 0.0
     gap = (radius - reach) * slope if seen else 1.0
     inside = min(1.0 - s - t, min(s, t)) if seen else -1e9
     shrink = 1.0 / size

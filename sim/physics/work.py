@@ -61,6 +61,15 @@ class Matrix(NamedTuple):
     chest_solved: Floats
 
 
+class Lines(NamedTuple):
+    """The muscle elements as the matrix has them."""
+
+    direction: Floats
+    """(n_elements, 3), unit"""
+    grip: Floats
+    """(n_elements,), what resists along the line over what resists across; 0 between bodies"""
+
+
 class Work(NamedTuple):
     """Scratch of one run."""
 
@@ -81,6 +90,7 @@ class Work(NamedTuple):
     riders: Riders
     fibres: Fibres
     strings: Strings
+    lines: Lines
     matrix: Matrix
 
 
@@ -105,6 +115,7 @@ def make_work(plant: Plant) -> Work:
         riders=find_riders(plant.point_body, len(plant.tree.body_root)),
         fibres=Fibres(*np.zeros((3, n_elements)), *np.zeros((3, n_chains))),
         strings=Strings(*np.zeros((4, len(plant.tissue.a)))),
+        lines=Lines(np.zeros((n_elements, 3)), np.zeros(n_elements)),
         matrix=_make_matrix(plant, n_dof, n_particles),
     )
 
