@@ -151,8 +151,8 @@ def _unreadable(path: Path, error: Exception) -> str:
     if head[:4] == b"OggS":
         track = " (it begins with a Skeleton track)" if b"fishead" in head else ""
         return (
-            f"{path}: sound: an Ogg file that the sound library refuses{track}. Convert it, for"
-            f" example: ffmpeg -i {path.name} {path.stem}.flac"
+            f"{path}: sound: an Ogg file that the sound library refuses{track}. Convert it first;"
+            f" ffmpeg -i {path.name} {path.stem}.flac does it."
         )
     if b"\x00" not in head and head.isascii():
         return f"{path}: sound: holds text, not sound. {EXPORT}"
