@@ -11,9 +11,6 @@ from sim.motion import Motion
 from sim.resting import RestingTorso
 from sim.simulate import Trajectory
 
-STEP = 0.001
-"""s, at most: at 2 ms a full supine inspiration of the man chatters."""
-
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Run:
@@ -45,7 +42,7 @@ def run_behaviour(name: str, resting: RestingTorso, posture: str) -> Run:
     duration = controls.run_duration
     if duration is None:
         raise ParameterError(f"{controls.place}: says no duration_s. Add it.")
-    done = run_controls(resting, controls, posture=posture, duration=duration, step=STEP)
+    done = run_controls(resting, controls, posture=posture, duration=duration)
     return Run(
         posture=posture,
         rate=1.0 / done.cycle,
