@@ -196,7 +196,7 @@ def test_other_sounds_are_followed(kind: str, tmp_path: Path) -> None:
 def test_every_real_sound_ends_in_a_page_or_a_line(
     data_real: Path, tmp_path: Path, follow_real: ModuleType
 ) -> None:
-    changes = {"n_evaluations": 16, "linear_steps": 1, "compared": []}
+    changes = {"n_evaluations": 8, "linear_steps": 1, "compared": []}
     config = load(None, {"follow": changes})
     for row in follow_real.follow_all(data_real, tmp_path, config, 2):
         assert "internal error" not in row["line"], row
