@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import io
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
 
-from pipeline import page, status
+from pipeline import page, status, view
 from pipeline import report_tables as tables
 from pipeline.job import LAUGH, chain_of
+from pipeline.laugh_scene import heard
 from pipeline.records import write_text
 from pipeline.report import ran, subtitle
 
@@ -35,14 +34,13 @@ HEAD = (
 )
 FIGURES = ("calls", "spectrogram", "followed", "search")
 SECTIONS = (
+    ("torso", "The torso, laughing"),
     ("calls", "Sound, pressure and calls"),
     ("followed", "The torso follows"),
     ("errors_table", "Error of each call"),
     ("settings", "Figures, settings and versions"),
     ("errors", "Errors"),
 )
-SOUND_RATE = 16000
-"""Hz of the sound in the page."""
 CALL_COLUMNS = (
     "call",
     "start_s",
@@ -54,35 +52,6 @@ CALL_COLUMNS = (
     "kept",
     "why_not",
 )
-
-
-def _script() -> tuple[Markup, str]:
-    """The page's script and the digest by which it alone is allowed to run."""
-    text = (page.TEMPLATES / "player.js").read_text(encoding="utf-8")
-    # an end tag inside a script would end it
-    text = text.replace("</script", "<\\/script")
-    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
-    return Markup(text), f"sha256-{digest}"
-
-
-def _audio(folder: Path) -> tuple[str, tuple[float, float] | None]:
-    """The sound as an address that holds it, and its span in the file, s; or nothing."""
-    path = folder / "audio.npz"
-    if not path.exists():
-        return "", None
-    import numpy as np
-    import soundfile
-
-    from pipeline.audio import Sound
-    from pipeline.records import load
-
-    sound = load(Sound, path)
-    loudest = max(float(np.abs(sound.samples).max()), 1e-9)
-    stream = io.BytesIO()
-    samples = np.asarray(0.9 * sound.samples / loudest)
-    soundfile.write(stream, samples, int(sound.rate), format="FLAC", subtype="PCM_16")
-    text = base64.b64encode(stream.getvalue()).decode()
-    return f"data:audio/flac;base64,{text}", (sound.start, sound.start + sound.duration)
 
 
 def _facts(record: dict[str, Any]) -> list[tuple[str, Any]]:
@@ -133,11 +102,8 @@ def context(folder: Path) -> dict[str, Any]:
         for row in calls
         if row.get("evaluations")
     ]
-    audio, span = _audio(folder)
-    script, digest = _script()
     run_facts, setting_facts = ran(records)
     follow = records["follow"]
-    played = follow["status"] == status.OK
     return {
         "name": folder.name,
         "subtitle": subtitle(records),
@@ -147,13 +113,9 @@ def context(folder: Path) -> dict[str, Any]:
         "sentences": [str(r["summary"]) for r in records.values() if r.get("summary")],
         "key_numbers": _key_numbers(follow),
         "sections": SECTIONS,
-        "audio": audio,
-        "sound_span": span,
-        "follow_span": (
-            (follow["control_starts_at_s"], follow["control_ends_at_s"]) if played else None
-        ),
-        "script": script,
-        "script_digest": digest,
+        "heard": heard(folder, follow),
+        "script": Markup(view.script()),
+        "policy": view.policy(),
         "figures": {name: page.inline_svg(folder / f"{name}.svg") for name in FIGURES},
         "facts": {stage: _facts(records[stage]) for stage in stages if stage != "follow"},
         "follow_facts": _facts(follow),
@@ -178,5 +140,11 @@ def write_laugh_report(folder: Path, path: Path) -> Path:
     folder : results of the recording
     path : where the page goes
     """
-    write_text(path, page.render("laugh.html", **context(folder)))
+    found = context(folder)
+    text = page.render("laugh.html", **found)
+    if len(text) > view.MOST_BYTES and found["heard"].viewer:
+        why = f"its motion would make this page {len(text) / 1e6:.0f} MB"
+        found["heard"] = replace(found["heard"], viewer=None, why=why)
+        text = page.render("laugh.html", **found)
+    write_text(path, text)
     return path

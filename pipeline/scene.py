@@ -154,7 +154,6 @@ def _trajectory(packer: Packer, name: str, motion: Motion) -> tuple[dict[str, An
     errors = [moved + pool.error]
     out: dict[str, Any] = {
         "name": name,
-        "start": round(float(motion.time[0]), 4),
         "time": [round(t, 4) for t in (motion.time - motion.time[0]).tolist()],
         "bodies": bodies,
         "points": pool.put(packer),
@@ -182,8 +181,29 @@ def _trajectory(packer: Packer, name: str, motion: Motion) -> tuple[dict[str, An
     return out, max(errors)
 
 
+def _clock(motions: Mapping[str, Motion], span: tuple[float, float] | None) -> dict[str, Any]:
+    """Time at which the clock begins, how long it runs, and how late each trajectory begins."""
+    first = [float(motion.time[0]) for motion in motions.values()]
+    if span is None:
+        longest = max(float(np.ptp(motion.time)) for motion in motions.values())
+        start, duration, delays = first[0], longest, [0.0] * len(first)
+    else:
+        start, duration = span[0], span[1] - span[0]
+        delays = [begun - start for begun in first]
+    return {
+        "start": round(start, 4),
+        "duration": round(duration, 4),
+        "delays": [round(delay, 4) for delay in delays],
+    }
+
+
 def build_scene(
-    motions: Mapping[str, Motion], *, place: str, facts: Sequence[str] = (), loop: bool = True
+    motions: Mapping[str, Motion],
+    *,
+    place: str,
+    facts: Sequence[str] = (),
+    loop: bool = True,
+    span: tuple[float, float] | None = None,
 ) -> Scene:
     """Pack one trajectory, or several that are shown side by side.
 
@@ -193,17 +213,20 @@ def build_scene(
     place : file that an error names
     facts : short lines shown with the picture
     loop : whether the motion repeats itself, as a breath does
+    span : s, of the clock on the trajectories' own time; else each begins with its first frame
     """
+    clock = _clock(motions, span)
+    delays = clock.pop("delays")
     packer, told, errors, rate = Packer(), [], [], np.inf
-    for name, motion in motions.items():
+    for (name, motion), delay in zip(motions.items(), delays, strict=True):
         kept = thinned(motion, place)
         if len(kept.time) > 1:
             rate = min(rate, (len(kept.time) - 1) / float(np.ptp(kept.time)))
         one, error = _trajectory(packer, name, kept)
-        told.append(one)
+        told.append({**one, "delay": delay})
         errors.append(error)
     description = {
-        "trajectories": told, "layers": layers(), "facts": list(facts), "loop": loop,
+        "trajectories": told, "layers": layers(), "facts": list(facts), "loop": loop, **clock,
     }  # fmt: skip
     return Scene(
         # `</script` and `<!--` must not end or break the element that holds it

@@ -89,6 +89,7 @@ def make_viewer(
     facts: Sequence[str] = (),
     loop: bool = True,
     sound: str = "",
+    span: tuple[float, float] | None = None,
 ) -> Viewer:
     """Make a viewer of one trajectory, or of several side by side.
 
@@ -98,10 +99,11 @@ def make_viewer(
     place : file that an error names
     facts : short lines about what is shown
     loop : whether the motion repeats itself
-    sound : data address of a sound that begins with the first frame and leads the clock
+    sound : data address of a sound that begins with the clock and leads it
+    span : s, of the clock on the trajectories' own time; else each begins with its first frame
     """
     first = next(iter(motions.values()))
-    scene = build_scene(motions, place=place, facts=facts, loop=loop)
+    scene = build_scene(motions, place=place, facts=facts, loop=loop, span=span)
     return Viewer(
         description=Markup(scene.description),
         data=Markup(scene.data),

@@ -162,8 +162,14 @@ export class Figure {
     }
   }
 
+  // Its frames by the clock.
+  times() {
+    return Array.from(this.pose.time, (t) => t + this.told.delay);
+  }
+
+  // `time` of the clock; before its first frame and after its last one a torso stands still.
   update(time) {
-    this.pose.update(time);
+    this.pose.update(time - this.told.delay);
     for (const [mesh, body] of this.rigid) mesh.matrix.copy(this.pose.matrices[body]);
     const { points } = this.pose;
     for (const [mesh, index] of this.soft) {

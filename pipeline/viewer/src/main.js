@@ -4,12 +4,16 @@ import { Clock } from "./clock.js";
 import { readScene } from "./data.js";
 import { el } from "./dom.js";
 import { Figure } from "./figure.js";
+import { follow } from "./listener.js";
 import { Panel } from "./panel.js";
 import { Plots } from "./plots.js";
 import { CAMERAS, Stage } from "./stage.js";
 import { TimeBar } from "./timebar.js";
 
 const FIRST_PRESET = "skeleton", FIRST_CAMERA = "oblique", GAP = 0.62, LONGEST_WAIT = 0.25, KEPT_UPDATES = 500;
+
+// A sound, if the page has one, begins with the clock and leads it.
+const findSound = () => document.getElementById("scene-sound");
 
 class Viewer {
   constructor(root, told) {
@@ -22,15 +26,11 @@ class Viewer {
     this.stage = new Stage(this.canvas);
     this.figures = told.trajectories.map((one) => new Figure(one, this.rows, told.store));
     for (const figure of this.figures) this.stage.scene.add(figure.group);
-    const duration = Math.max(...this.figures.map((f) => f.pose.duration));
-    this.clock = new Clock(duration, { loop: told.loop, sound: this.sound() });
+    this.clock = new Clock(told.duration, {
+      loop: told.loop, sound: findSound(), onchange: () => { if (this.bar) this.refresh(); },
+    });
     this.updates = [];
     this.build();
-  }
-
-  // A sound, if the page has one, begins with the first frame and leads the clock.
-  sound() {
-    return document.getElementById("scene-sound");
   }
 
   build() {
@@ -49,7 +49,7 @@ class Viewer {
   }
 
   get start() {
-    return this.told.trajectories[0].start;
+    return this.told.start;
   }
 
   each(change) {
@@ -94,11 +94,9 @@ class Viewer {
 
   step(count) {
     this.clock.pause();
-    const { time } = this.figures[0].pose;
-    let frame = 0;
-    while (frame < time.length - 1 && time[frame + 1] <= this.clock.time + 1e-6) frame += 1;
-    const next = count < 0 && this.clock.time > time[frame] + 1e-6 ? frame : frame + count;
-    this.seek(time[(next + time.length) % time.length]);
+    const times = this.figures[0].times(), now = this.clock.time;
+    const [before, after] = [times.filter((t) => t < now - 1e-6), times.filter((t) => t > now + 1e-6)];
+    this.seek(count < 0 ? before.pop() ?? times.at(-1) : after[0] ?? times[0]);
   }
 
   toggle() {
@@ -197,17 +195,22 @@ class Viewer {
   }
 }
 
-function start() {
-  const root = document.getElementById("viewer"), told = root && readScene();
-  if (!told) return;
+function show(root, told) {
   try {
     window.pleuraViewer = new Viewer(root, told);
+    return true;
   } catch (error) {
     root.replaceChildren();
     const word = document.getElementById("no-webgl");
     if (word) word.hidden = false;
     if (!/webgl/i.test(String(error))) throw error;
+    return false;
   }
+}
+
+function start() {
+  const root = document.getElementById("viewer"), told = root && readScene(), sound = findSound();
+  if (!(told && show(root, told)) && sound) follow(sound);
 }
 
 // plots and sound may stand below the script

@@ -27,7 +27,7 @@ export class TimeBar {
   }
 
   curve() {
-    const { time } = this.viewer.figures[0].pose, series = this.viewer.figures[0].told.series[0];
+    const time = this.viewer.figures[0].times(), series = this.viewer.figures[0].told.series[0];
     const svg = document.createElementNS(SVG, "svg"), path = document.createElementNS(SVG, "path");
     svg.setAttribute("viewBox", "0 0 1000 100");
     svg.setAttribute("preserveAspectRatio", "none");
@@ -48,6 +48,7 @@ export class TimeBar {
     this.slider.value = time;
     this.playButton.textContent = playing ? "❚❚" : "▶";
     this.playButton.setAttribute("aria-label", playing ? "Pause" : "Play");
+    this.speed.value = this.viewer.clock.speed;
     this.told.textContent = told;
   }
 }
