@@ -64,12 +64,13 @@ def _parser() -> argparse.ArgumentParser:
     reproduce.add_argument("--settings", metavar="JSON", help="given by the workflow")
     reproduce.add_argument("--processes", type=int, default=os.cpu_count() or 1, metavar="N")
     commands.add_parser("papers", help="write reports/papers.html and .csv")
+    commands.add_parser("index", help="write reports/index.html, the list of what was built")
     check = commands.add_parser("check", help="check tables and files before any run")
     _add_study(check)
     new = commands.add_parser("new", help="make the folder of a study")
     new.add_argument("study", type=Path, help="a folder that does not exist yet")
-    view = commands.add_parser("view", help="write a page that plays a trajectory")
-    view.add_argument("trajectory", type=Path, metavar="TRAJECTORY.h5")
+    view = commands.add_parser("view", help="write a page that plays runs side by side")
+    view.add_argument("trajectory", type=Path, nargs="+", metavar="TRAJECTORY.h5")
     view.add_argument("--out", type=Path, required=True, metavar="PAGE.html")
     export = commands.add_parser("export", help="write a trajectory for another tool")
     export.add_argument("trajectory", type=Path, metavar="TRAJECTORY.h5")
@@ -175,6 +176,14 @@ def _papers(options: argparse.Namespace) -> int:
     return 0
 
 
+def _index(options: argparse.Namespace) -> int:
+    from pipeline.report_index import write_index
+    from pipeline.workflow import REPORTS
+
+    print(f"index: {write_index(REPORTS)}", flush=True)
+    return 0
+
+
 def _check(options: argparse.Namespace) -> int:
     from pipeline.workflow import read_plan
 
@@ -225,7 +234,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return int(simulate(words[1:]))
         options = _parser().parse_args(words)
         actions = {"check": _check, "new": _new, "version": _version, "report": _report}
-        actions |= {"view": _view, "export": _export}
+        actions |= {"view": _view, "export": _export, "index": _index}
         actions |= {"validate": _validate, "physiology": _physiology}
         actions |= {"reproduce": _reproduce, "papers": _papers}
         actions |= dict.fromkeys(PAGE_HELP, _page)

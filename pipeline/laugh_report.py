@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,8 @@ from markupsafe import Markup
 
 from pipeline import page, status, view
 from pipeline import report_tables as tables
+from pipeline.citations import citations
+from pipeline.headline import BAD, GOOD, PLAIN, Headline, Numbers, computed
 from pipeline.job import LAUGH, chain_of
 from pipeline.laugh_scene import heard
 from pipeline.records import write_text
@@ -39,8 +42,11 @@ SECTIONS = (
     ("followed", "The torso follows"),
     ("errors_table", "Error of each call"),
     ("settings", "Figures, settings and versions"),
+    ("methods", "Methods"),
     ("errors", "Errors"),
 )
+PUBLISHED = 0.16
+"""Error of a call after 1,800 runs, dilorenzo2009 Fig. 6.8."""
 CALL_COLUMNS = (
     "call",
     "start_s",
@@ -62,26 +68,54 @@ def _facts(record: dict[str, Any]) -> list[tuple[str, Any]]:
     ]
 
 
-def _key_numbers(record: dict[str, Any]) -> list[tuple[str, str]]:
+def _key_numbers(record: Mapping[str, Any]) -> Numbers:
     """Figures at the top of the page."""
     if record["status"] != status.OK:
-        return []
+        return ()
     asked = "lung pressure" if record["quantity"] == "pressure" else "flow"
     found = [(page.number(record["correlation"], 2), f"correlation with the desired {asked}")]
     if "median_rms_normalised" in record:
-        found.append(
-            (
-                page.number(record["median_rms_normalised"], 2),
-                "median error of a call, of no pressure",
-            )
-        )
+        error = page.number(record["median_rms_normalised"], 2)
+        found.append((error, f"median error of a call, of no {asked}"))
     if record.get("air_used_by_bouts_l"):
         total = sum(record["air_used_by_bouts_l"])
         found.append((f"{total:.2f} L", "air that the calls took"))
     found.append((f"{record['least_volume_below_rest_l']:.2f} L", "lowest lung volume, below rest"))
     if "evaluations" in record:
         found.append((str(record["evaluations"]), "runs of the torso"))
-    return found
+    return tuple(found)
+
+
+def _result(follow: Mapping[str, Any], problem: str) -> tuple[str, str]:
+    """What came of it, and its mark: the published error of a call is the measure of a laugh."""
+    if problem:
+        return f"This recording could not be used to the end: {problem}", BAD
+    if follow["kind"] != "laugh" or "median_rms_normalised" not in follow:
+        return page.sentence(str(follow.get("summary", ""))), PLAIN
+    error = float(follow["median_rms_normalised"])
+    good = error <= PUBLISHED
+    said = (
+        f"The torso laughs with the sound: the error of a call is {page.number(error, 2)} of that"
+        f" of no pressure, {'no more' if good else 'more'} than the published {PUBLISHED}."
+    )
+    return said, GOOD if good else BAD
+
+
+def _head(name: str, records: Mapping[str, Mapping[str, Any]], problem: str) -> Headline:
+    follow = records["follow"]
+    result, mark = _result(follow, problem)
+    kind = str(follow.get("kind") or records["audio"].get("kind") or "sound")
+    told = [r["summary"] for stage, r in records.items() if r.get("summary") and stage != "follow"]
+    return Headline(
+        kind=kind.capitalize(),
+        title=name,
+        subtitle=subtitle(records),
+        result=result,
+        mark=mark,
+        numbers=_key_numbers(follow),
+        sentences=(". ".join(page.sentence(str(line))[:-1] for line in told),) if told else (),
+        made=computed(records.values()),
+    )
 
 
 def context(folder: Path) -> dict[str, Any]:
@@ -105,17 +139,16 @@ def context(folder: Path) -> dict[str, Any]:
     run_facts, setting_facts = ran(records)
     follow = records["follow"]
     return {
+        "head": _head(folder.name, records, str(bad["reason"]) if bad else ""),
         "name": folder.name,
-        "subtitle": subtitle(records),
         "records": records,
         "problem": str(bad["reason"]) if bad else "",
         "problem_stage": bad["stage"] if bad else "",
-        "sentences": [str(r["summary"]) for r in records.values() if r.get("summary")],
-        "key_numbers": _key_numbers(follow),
         "sections": SECTIONS,
         "heard": heard(folder, follow),
         "script": Markup(view.script()),
-        "policy": view.policy(),
+        "script_digest": view.digest(),
+        "citations": citations("laugh"),
         "figures": {name: page.inline_svg(folder / f"{name}.svg") for name in FIGURES},
         "facts": {stage: _facts(records[stage]) for stage in stages if stage != "follow"},
         "follow_facts": _facts(follow),

@@ -15,7 +15,7 @@ from sim.errors import InputError
 
 SCHEMAS = Path(__file__).parent / "schemas"
 LAUGH = "laugh"
-RESERVED = ("all", "error_table", "group", "papers", "physiology", "README")
+RESERVED = ("all", "error_table", "group", "index", "papers", "physiology", "README")
 NAME = re.compile(r"\w[\w.-]*")
 
 Row = dict[str, str]

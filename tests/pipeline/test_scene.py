@@ -157,8 +157,8 @@ def test_a_long_run_keeps_each_second_frame(small_motion, monkeypatch):
 def test_a_page_stands_alone(small_motion, tmp_path):
     path = tmp_path / "small.h5"
     save_motion(path, small_motion, {"style": "calm", "posture": "upright"})
-    text = write_view(path, tmp_path / "small.html").read_text(encoding="utf-8")
-    assert text.count("<script") == text.count("</script>") == 3
+    text = write_view([path], tmp_path / "small.html").read_text(encoding="utf-8")
+    assert text.count("<script") == text.count("</script>") == 4
     assert "http" not in text.split("<script")[0].replace("http-equiv", "")
 
 

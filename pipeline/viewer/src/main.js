@@ -22,13 +22,15 @@ class Viewer {
     this.rows = told.layers;
     this.canvas = el("canvas", { tabIndex: 0, "aria-label": "Torso in three dimensions; drag to turn" });
     this.names = el("div", { className: "names" });
-    this.picture = el("div", { className: "picture" }, this.canvas, this.names);
+    this.titles = el("div", { className: "names titles" });
+    this.picture = el("div", { className: "picture" }, this.canvas, this.names, this.titles);
     this.stage = new Stage(this.canvas);
     this.figures = told.trajectories.map((one) => new Figure(one, this.rows, told.store));
     for (const figure of this.figures) this.stage.scene.add(figure.group);
     this.clock = new Clock(told.duration, {
       loop: told.loop, sound: findSound(), onchange: () => { if (this.bar) this.refresh(); },
     });
+    if (this.figures.length > 1) this.titles.append(...told.trajectories.map((one) => el("span", {}, one.name)));
     this.updates = [];
     this.build();
   }
@@ -127,16 +129,30 @@ class Viewer {
     this.refresh();
   }
 
+  // Where a point of the scene is seen, in the picture's pixels, and how deep.
+  seen(at) {
+    const { clientWidth: width, clientHeight: height } = this.picture, { x, y, z } = at.project(this.stage.camera);
+    return { x: (0.5 + x / 2) * width, y: (0.5 - y / 2) * height, z };
+  }
+
   placeNames() {
-    const { places, group } = this.figures[0], at = new Vector3();
+    const { places, group } = this.figures[0];
     if (!places) return;
-    const { clientWidth: width, clientHeight: height } = this.picture;
-    const middle = this.stage.controls.target.clone().project(this.stage.camera);
+    const middle = this.seen(this.stage.controls.target.clone());
     [...this.names.children].forEach((label, m) => {
-      at.fromArray(places, 3 * m).add(group.position).project(this.stage.camera);
+      const { x, y, z } = this.seen(new Vector3().fromArray(places, 3 * m).add(group.position));
       // what lies behind the middle of the torso has no name
-      label.hidden = at.z > middle.z;
-      label.style.transform = `translate(${(0.5 + at.x / 2) * width + 7}px, ${(0.5 - at.y / 2) * height - 8}px)`;
+      label.hidden = z > middle.z;
+      label.style.transform = `translate(${x + 7}px, ${y - 8}px)`;
+    });
+  }
+
+  placeTitles() {
+    [...this.titles.children].forEach((label, k) => {
+      const { position, visible } = this.figures[k].group;
+      const { x } = this.seen(new Vector3().copy(this.stage.controls.target).setX(0).setY(0).add(position));
+      label.hidden = !visible;
+      label.style.transform = `translate(calc(${x}px - 50%), .3rem)`;
     });
   }
 
@@ -152,10 +168,14 @@ class Viewer {
   }
 
   readings() {
-    const figure = this.figures[0];
-    const words = [`${(this.start + this.clock.time).toFixed(2)} s`];
-    figure.told.series.forEach((s, k) => words.push(`${s.name} ${figure.series(k).toFixed(s.digits)} ${s.unit}`));
-    if (figure.measured && this.panel.sliders.markers.value > 0) words.push(`error ${figure.error().toFixed(2)} mm`);
+    const words = [`${(this.start + this.clock.time).toFixed(2)} s`], several = this.figures.length > 1;
+    for (const figure of this.figures.filter((f) => f.group.visible)) {
+      const told = figure.told.series.slice(0, several ? 1 : undefined);
+      if (several) words.push(figure.told.name);
+      told.forEach((s, k) => words.push(`${s.name} ${figure.series(k).toFixed(s.digits)} ${s.unit}`));
+    }
+    const { measured } = this.figures[0];
+    if (measured && this.panel.sliders.markers.value > 0) words.push(`error ${this.figures[0].error().toFixed(2)} mm`);
     return words.join(" · ");
   }
 
@@ -174,6 +194,7 @@ class Viewer {
     if (this.moved) this.move();
     this.stage.render();
     this.placeNames();
+    this.placeTitles();
     this.stale = false;
     if (this.firstPicture === undefined) this.firstPicture = performance.now();
   }

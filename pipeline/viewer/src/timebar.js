@@ -26,19 +26,23 @@ export class TimeBar {
       this.speed, el("label", { className: "loop" }, this.loop, " loop"), whole, this.told);
   }
 
+  // The lung's volume of every torso on one scale.
   curve() {
-    const time = this.viewer.figures[0].times(), series = this.viewer.figures[0].told.series[0];
-    const svg = document.createElementNS(SVG, "svg"), path = document.createElementNS(SVG, "path");
+    const svg = document.createElementNS(SVG, "svg");
     svg.setAttribute("viewBox", "0 0 1000 100");
     svg.setAttribute("preserveAspectRatio", "none");
     svg.setAttribute("aria-hidden", "true");
-    if (series) {
-      const low = Math.min(...series.values), high = Math.max(...series.values);
-      const places = series.values.map((v, k) => {
+    const drawn = this.viewer.figures.filter((f) => f.told.series.length);
+    const values = drawn.flatMap((f) => f.told.series[0].values);
+    const low = Math.min(...values), high = Math.max(...values);
+    for (const figure of drawn) {
+      const time = figure.times(), path = document.createElementNS(SVG, "path");
+      const places = figure.told.series[0].values.map((v, k) => {
         const x = (1000 * time[k]) / (this.viewer.clock.duration || 1), y = 94 - (88 * (v - low)) / (high - low || 1);
         return `${x.toFixed(1)} ${y.toFixed(1)}`;
       });
       path.setAttribute("d", `M${places.join("L")}`);
+      if (svg.children.length) path.setAttribute("stroke-dasharray", "4 3");
       svg.append(path);
     }
     return svg;
