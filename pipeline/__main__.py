@@ -21,7 +21,9 @@ STAGE_HELP = {
     "pressure": "turn the sound of a laugh into lung pressure",
     "calls": "find the calls and bouts of a laugh",
     "follow": "let the torso follow the sound",
+    "retraining": "lead the fitted breath to a slower, more diaphragmatic one",
     "report": "write the report of a recording",
+    "retraining_report": "write the page of a breath retraining",
 }
 PAGE_HELP = {
     "tabulate": "write reports/error_table.csv and .html",
@@ -120,6 +122,15 @@ def _report(options: argparse.Namespace) -> int:
     write = write_laugh_report if kind == LAUGH else write_report
     path = write(RESULTS / options.name, REPORTS / f"{options.name}.html")
     print(f"{options.name}: report: {path}", flush=True)
+    return 0
+
+
+def _retraining_report(options: argparse.Namespace) -> int:
+    from pipeline.retraining_report import SUFFIX, write_retraining_report
+    from pipeline.workflow import REPORTS, RESULTS
+
+    path = REPORTS / f"{options.name}{SUFFIX}.html"
+    print(f"{options.name}: {write_retraining_report(RESULTS / options.name, path)}", flush=True)
     return 0
 
 
@@ -235,6 +246,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = _parser().parse_args(words)
         actions = {"check": _check, "new": _new, "version": _version, "report": _report}
         actions |= {"view": _view, "export": _export, "index": _index}
+        actions |= {"retraining_report": _retraining_report}
         actions |= {"validate": _validate, "physiology": _physiology}
         actions |= {"reproduce": _reproduce, "papers": _papers}
         actions |= dict.fromkeys(PAGE_HELP, _page)

@@ -95,6 +95,7 @@ def make_viewer(
     loop: bool = True,
     sound: str = "",
     span: tuple[float, float] | None = None,
+    steps: Sequence[Mapping[str, Any]] = (),
 ) -> Viewer:
     """Make a viewer of one trajectory, or of several side by side.
 
@@ -106,9 +107,10 @@ def make_viewer(
     loop : whether the motion repeats itself
     sound : data address of a sound that begins with the clock and leads it
     span : s, of the clock on the trajectories' own time; else each begins with its first frame
+    steps : name, inspiration and period (s) of each trajectory, if one at a time is to be chosen
     """
     first = next(iter(motions.values()))
-    scene = build_scene(motions, place=place, facts=facts, loop=loop, span=span)
+    scene = build_scene(motions, place=place, facts=facts, loop=loop, span=span, steps=steps)
     return Viewer(
         description=Markup(scene.description),
         data=Markup(scene.data),
@@ -116,7 +118,7 @@ def make_viewer(
         digest=digest(),
         still=data_address(still_png(first, _fullest(first)), "image/png"),
         sound=sound,
-        sentences=_sentences(scene, first, len(motions) > 1),
+        sentences=_sentences(scene, first, len(motions) > 1 and not steps),
     )
 
 

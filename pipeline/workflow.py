@@ -14,7 +14,7 @@ from pipeline import calls_file, configuration
 from pipeline.calibration_table import calibration_parts
 from pipeline.configuration import STUDY_FILE, nearest_words
 from pipeline.job import LAUGH, chain_of, make_job
-from pipeline.study import Entry, Study, read_study
+from pipeline.study import RESERVED_END, Entry, Study, read_study
 from sim.errors import InputError
 
 RESULTS, REPORTS = Path("results"), Path("reports")
@@ -102,9 +102,10 @@ class Plan:
         ]
         if targets and not about:
             return [], []
-        targets = about
-        names = [n for n in self.study.names if f"{REPORTS}/{n}.html" in map(_normal, targets)]
-        if len(names) == len(set(targets)) and targets:
+        # a retraining answers for its recording
+        targets = {one.replace(f"{RESERVED_END}.html", ".html") for one in about}
+        names = [n for n in self.study.names if f"{REPORTS}/{n}.html" in targets]
+        if len(names) == len(targets) and targets:
             return names, []
         return list(self.study.names), self.lost
 

@@ -183,6 +183,7 @@ def context(folder: Path) -> dict[str, Any]:
     return {
         "head": _head(whole, len(rows), written(folder / f"{name}.json" for name in PARTS)),
         "citations": citations("papers"),
+        "rows": rows,
         "misses": [shown(r) for r in rows if r.verdict is Verdict.FAILS],
         "tally": tally(sections),
         "sections": [

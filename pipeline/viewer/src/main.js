@@ -5,9 +5,11 @@ import { readScene } from "./data.js";
 import { el } from "./dom.js";
 import { Figure } from "./figure.js";
 import { follow } from "./listener.js";
+import { Pacer } from "./pacer.js";
 import { Panel } from "./panel.js";
 import { Plots } from "./plots.js";
 import { CAMERAS, Stage } from "./stage.js";
+import { Steps } from "./steps.js";
 import { TimeBar } from "./timebar.js";
 
 const FIRST_PRESET = "skeleton", FIRST_CAMERA = "oblique", GAP = 0.62, LONGEST_WAIT = 0.25, KEPT_UPDATES = 500;
@@ -46,8 +48,35 @@ class Viewer {
     new ResizeObserver(() => this.resized()).observe(this.picture);
     this.stage.resize();
     this.preset(FIRST_PRESET);
-    this.look(FIRST_CAMERA);
+    this.camera = FIRST_CAMERA;
+    const pace = document.getElementById("pace");
+    if (this.told.steps && pace) {
+      this.steps = new Steps(pace, this.told.steps, this);
+      this.steps.choose(this.told.steps.length - 1);
+    } else this.look(FIRST_CAMERA);
     this.watch();
+  }
+
+  // A step by itself, or the first beside it, at the pace of the step.
+  chose(k, beside) {
+    const { period } = this.told.steps[k];
+    this.figures.forEach((figure, i) => {
+      figure.group.visible = i === k || (beside && i === 0);
+      figure.pace = this.told.steps[i].period / period;
+    });
+    this.clock.duration = period;
+    this.clock.seek(0);
+    this.bar.renew();
+    this.look(this.camera);
+  }
+
+  get shown() {
+    return this.figures.filter((figure) => figure.group.visible);
+  }
+
+  // The one that the bar of time and the keys follow.
+  get lead() {
+    return this.steps ? this.figures[this.steps.chosen] : this.figures[0];
   }
 
   get start() {
@@ -74,12 +103,12 @@ class Viewer {
 
   look(name) {
     this.camera = name;
-    const { box } = this.stage, middle = (this.figures.length - 1) / 2;
+    const { box } = this.stage, { shown } = this, middle = (shown.length - 1) / 2;
     this.stage.look(name, (right) => {
-      this.figures.forEach((f, k) => f.group.position.copy(right).multiplyScalar((k - middle) * GAP));
-      for (const figure of this.figures) figure.update(this.clock.time);
+      shown.forEach((f, k) => f.group.position.copy(right).multiplyScalar((k - middle) * GAP));
+      for (const figure of shown) figure.update(this.clock.time);
       box.makeEmpty();
-      for (const figure of this.figures) {
+      for (const figure of shown) {
         figure.group.updateMatrixWorld(true);
         for (const [mesh] of figure.rigid) box.expandByObject(mesh);
         const { points } = figure.pose, at = new Vector3();
@@ -96,7 +125,7 @@ class Viewer {
 
   step(count) {
     this.clock.pause();
-    const times = this.figures[0].times(), now = this.clock.time;
+    const times = this.lead.times(), now = this.clock.time;
     const [before, after] = [times.filter((t) => t < now - 1e-6), times.filter((t) => t > now + 1e-6)];
     this.seek(count < 0 ? before.pop() ?? times.at(-1) : after[0] ?? times[0]);
   }
@@ -169,7 +198,7 @@ class Viewer {
 
   readings() {
     const words = [`${(this.start + this.clock.time).toFixed(2)} s`], several = this.figures.length > 1;
-    for (const figure of this.figures.filter((f) => f.group.visible)) {
+    for (const figure of this.shown) {
       const told = figure.told.series.slice(0, several ? 1 : undefined);
       if (several) words.push(figure.told.name);
       told.forEach((s, k) => words.push(`${s.name} ${figure.series(k).toFixed(s.digits)} ${s.unit}`));
@@ -182,11 +211,12 @@ class Viewer {
   // The torso, the bar and the plots at the clock's time.
   move() {
     const began = performance.now();
-    for (const figure of this.figures) figure.update(this.clock.time);
+    for (const figure of this.shown) figure.update(this.clock.time);
     this.updates.push(performance.now() - began);
     if (this.updates.length > KEPT_UPDATES) this.updates.shift();
     this.bar.show(this.clock.time, this.clock.playing, this.readings());
     this.plots.show(this.start + this.clock.time);
+    if (this.steps) this.steps.show(this.clock.time, this.clock.playing);
     this.moved = false;
   }
 
@@ -231,7 +261,10 @@ function show(root, told) {
 
 function start() {
   const root = document.getElementById("viewer"), told = root && readScene(), sound = findSound();
-  if (!(told && show(root, told)) && sound) follow(sound);
+  if (told && show(root, told)) return;
+  const pace = document.getElementById("pace");
+  if (told?.steps && pace) window.pleuraPacer = new Pacer(pace, told);
+  else if (sound) follow(sound);
 }
 
 // plots and sound may stand below the script

@@ -22,7 +22,7 @@ export class TimeBar {
     this.node = el("div", { className: "timebar" },
       this.playButton, button("◀", "One frame back (←)", () => viewer.step(-1)),
       button("▶|", "One frame on (→)", () => viewer.step(1), { className: "forth" }),
-      el("div", { className: "track" }, this.curve(), this.slider),
+      this.track = el("div", { className: "track" }, this.curve(), this.slider),
       this.speed, el("label", { className: "loop" }, this.loop, " loop"), whole, this.told);
   }
 
@@ -32,13 +32,13 @@ export class TimeBar {
     svg.setAttribute("viewBox", "0 0 1000 100");
     svg.setAttribute("preserveAspectRatio", "none");
     svg.setAttribute("aria-hidden", "true");
-    const drawn = this.viewer.figures.filter((f) => f.told.series.length);
+    const drawn = this.viewer.shown.filter((f) => f.told.series.length);
     const values = drawn.flatMap((f) => f.told.series[0].values);
     const low = Math.min(...values), high = Math.max(...values);
     for (const figure of drawn) {
       const time = figure.times(), path = document.createElementNS(SVG, "path");
       const places = figure.told.series[0].values.map((v, k) => {
-        const x = (1000 * time[k]) / (this.viewer.clock.duration || 1), y = 94 - (88 * (v - low)) / (high - low || 1);
+        const x = (1000 * time[k]) / figure.pace / (this.viewer.clock.duration || 1), y = 94 - (88 * (v - low)) / (high - low || 1);
         return `${x.toFixed(1)} ${y.toFixed(1)}`;
       });
       path.setAttribute("d", `M${places.join("L")}`);
@@ -46,6 +46,12 @@ export class TimeBar {
       svg.append(path);
     }
     return svg;
+  }
+
+  // Another run of another length is shown.
+  renew() {
+    this.slider.max = this.viewer.clock.duration;
+    this.track.firstChild.replaceWith(this.curve());
   }
 
   show(time, playing, told) {
