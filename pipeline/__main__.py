@@ -21,7 +21,9 @@ STAGE_HELP = {
     "pressure": "turn the sound of a laugh into lung pressure",
     "calls": "find the calls and bouts of a laugh",
     "follow": "let the torso follow the sound",
+    "retraining": "lead the fitted breath to a slower, more diaphragmatic one",
     "report": "write the report of a recording",
+    "retraining_report": "write the page of a breath retraining",
 }
 PAGE_HELP = {
     "tabulate": "write reports/error_table.csv and .html",
@@ -64,12 +66,13 @@ def _parser() -> argparse.ArgumentParser:
     reproduce.add_argument("--settings", metavar="JSON", help="given by the workflow")
     reproduce.add_argument("--processes", type=int, default=os.cpu_count() or 1, metavar="N")
     commands.add_parser("papers", help="write reports/papers.html and .csv")
+    commands.add_parser("index", help="write reports/index.html, the list of what was built")
     check = commands.add_parser("check", help="check tables and files before any run")
     _add_study(check)
     new = commands.add_parser("new", help="make the folder of a study")
     new.add_argument("study", type=Path, help="a folder that does not exist yet")
-    view = commands.add_parser("view", help="write a page that plays a trajectory")
-    view.add_argument("trajectory", type=Path, metavar="TRAJECTORY.h5")
+    view = commands.add_parser("view", help="write a page that plays runs side by side")
+    view.add_argument("trajectory", type=Path, nargs="+", metavar="TRAJECTORY.h5")
     view.add_argument("--out", type=Path, required=True, metavar="PAGE.html")
     export = commands.add_parser("export", help="write a trajectory for another tool")
     export.add_argument("trajectory", type=Path, metavar="TRAJECTORY.h5")
@@ -119,6 +122,15 @@ def _report(options: argparse.Namespace) -> int:
     write = write_laugh_report if kind == LAUGH else write_report
     path = write(RESULTS / options.name, REPORTS / f"{options.name}.html")
     print(f"{options.name}: report: {path}", flush=True)
+    return 0
+
+
+def _retraining_report(options: argparse.Namespace) -> int:
+    from pipeline.retraining_report import SUFFIX, write_retraining_report
+    from pipeline.workflow import REPORTS, RESULTS
+
+    path = REPORTS / f"{options.name}{SUFFIX}.html"
+    print(f"{options.name}: {write_retraining_report(RESULTS / options.name, path)}", flush=True)
     return 0
 
 
@@ -175,6 +187,14 @@ def _papers(options: argparse.Namespace) -> int:
     return 0
 
 
+def _index(options: argparse.Namespace) -> int:
+    from pipeline.report_index import write_index
+    from pipeline.workflow import REPORTS
+
+    print(f"index: {write_index(REPORTS)}", flush=True)
+    return 0
+
+
 def _check(options: argparse.Namespace) -> int:
     from pipeline.workflow import read_plan
 
@@ -225,7 +245,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return int(simulate(words[1:]))
         options = _parser().parse_args(words)
         actions = {"check": _check, "new": _new, "version": _version, "report": _report}
-        actions |= {"view": _view, "export": _export}
+        actions |= {"view": _view, "export": _export, "index": _index}
+        actions |= {"retraining_report": _retraining_report}
         actions |= {"validate": _validate, "physiology": _physiology}
         actions |= {"reproduce": _reproduce, "papers": _papers}
         actions |= dict.fromkeys(PAGE_HELP, _page)

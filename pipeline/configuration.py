@@ -23,6 +23,7 @@ from pipeline.settings import (
     PapersSettings,
     PosteriorSettings,
     PressureSettings,
+    RetrainingSettings,
     SignatureSettings,
 )
 from sim.errors import InputError
@@ -37,6 +38,7 @@ SECTIONS: dict[str, type] = {
     "calls": CallSettings,
     "follow": FollowSettings,
     "papers": PapersSettings,
+    "retraining": RetrainingSettings,
 }
 STUDY_FILE = Path("config/config.yaml")
 TABLES = ("recordings", "subjects")

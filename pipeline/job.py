@@ -20,6 +20,7 @@ SECTIONS_OF = {
     "pressure": ("audio", "pressure", "calls"),
     "calls": ("calls",),
     "follow": ("follow",),
+    "retraining": ("retraining",),
     "report": (),
 }
 BREATH, LAUGH = "breath", "laugh"
@@ -28,11 +29,27 @@ CHAINS = {
     LAUGH: ("audio", "pressure", "calls", "follow"),
 }
 """Stages of each kind of recording, in order; each needs those before it."""
+BESIDE = {"retraining": (BREATH, "fit")}
+"""Stages beside a chain, made when asked for: the kind that they are of, and what they need."""
 
 
 def chain_of(kind: str) -> tuple[str, ...]:
     """Stages of a kind; a row without a kind that is known is a breath's."""
     return CHAINS.get(kind, CHAINS[BREATH])
+
+
+def stages_of(kind: str) -> tuple[str, ...]:
+    """Stages of a kind, those beside its chain at the end."""
+    beside = (stage for stage, (of, _) in BESIDE.items() if chain_of(of) == chain_of(kind))
+    return (*chain_of(kind), *beside)
+
+
+def stages_before(stage: str, kind: str) -> tuple[str, ...]:
+    """Stages that one needs, in order; none for a stage of another kind."""
+    chain = chain_of(kind)
+    if stage in BESIDE and stage in stages_of(kind):
+        return chain[: chain.index(BESIDE[stage][1]) + 1]
+    return chain[: chain.index(stage)] if stage in chain else ()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -87,8 +104,8 @@ def make_job(entry: Entry, stage: str, config: Mapping[str, Any], edit: str = ""
     edit : digest of what a person changed in the stage's table
     """
     problem, kind = entry.problem, entry.recording.get("kind", BREATH)
-    if not problem and stage != "report" and stage not in chain_of(kind):
-        stages = ", ".join(chain_of(kind))
+    if not problem and stage != "report" and stage not in stages_of(kind):
+        stages = ", ".join(stages_of(kind))
         problem = f"recording {entry.name}: is a {kind}, whose stages are {stages}. Ask for those."
     return Job(
         name=entry.name,

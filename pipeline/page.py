@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import csv
+import hashlib
 import math
 import re
 from collections.abc import Iterable, Mapping
@@ -15,7 +17,8 @@ from markupsafe import Markup
 
 TEMPLATES = Path(__file__).parent / "templates"
 TABLES = Path(__file__).parent / "tables"
-STYLES = ("page.css", "viewer.css")
+STYLES = ("tokens.css", "page.css", "viewer.css")
+SCRIPT = TEMPLATES / "page.js"
 SUBJECT_MEAN = "subject_mean"
 GROUPS = ("external_intercostals", "diaphragm", "internal_intercostals", "abdomen")
 
@@ -116,6 +119,11 @@ def own_ids(text: str, mark: str) -> Markup | None:
     return Markup(text)
 
 
+def digest(script: str) -> str:
+    """Return the word by which a page's policy allows this script."""
+    return f"sha256-{base64.b64encode(hashlib.sha256(script.encode('utf-8')).digest()).decode()}"
+
+
 @cache
 def environment() -> jinja2.Environment:
     """Return the templates; whatever a user wrote is escaped."""
@@ -132,6 +140,8 @@ def environment() -> jinja2.Environment:
     made.filters["sentence"] = sentence
     styles = [(TEMPLATES / name).read_text(encoding="utf-8") for name in STYLES]
     made.globals["css"] = Markup("".join(styles))
+    script = SCRIPT.read_text(encoding="utf-8")
+    made.globals |= {"page_script": Markup(script), "page_digest": digest(script), "sections": ()}
     return made
 
 

@@ -11,8 +11,10 @@ from typing import Any
 
 from pipeline import page, status
 from pipeline import report_tables as tables
+from pipeline.citations import citations
+from pipeline.headline import Headline, computed
 from pipeline.records import write_text
-from pipeline.summary import summarise
+from pipeline.summary import Summary, summarise
 from pipeline.view import Viewer, make_viewer
 from sim.trajectory import load_motion
 
@@ -127,6 +129,19 @@ def _viewer(folder: Path, records: Mapping[str, Mapping[str, Any]]) -> Viewer | 
     return make_viewer({folder.name: motion}, place=str(path), facts=FACTS)
 
 
+def _head(name: str, records: Mapping[str, Mapping[str, Any]], summary: Summary) -> Headline:
+    return Headline(
+        kind="Breath",
+        title=name,
+        subtitle=subtitle(records),
+        result=summary.result,
+        mark=summary.mark,
+        numbers=summary.numbers,
+        sentences=summary.sentences,
+        made=computed(records.values()),
+    )
+
+
 def context(folder: Path) -> dict[str, Any]:
     """Gather everything the template shows.
 
@@ -145,12 +160,11 @@ def context(folder: Path) -> dict[str, Any]:
     paper = page.read_rows(page.TABLES / "dilorenzo_table_5_2.csv")
     run_facts, setting_facts = ran(records)
     return {
-        "name": folder.name,
-        "subtitle": subtitle(records),
+        "head": _head(folder.name, records, summarise(records, errors, activations, problem)),
+        "sections": [(part.id, part.title) for part in PARTS],
         "records": records,
         "problem": problem,
         "problem_stage": bad["stage"] if bad else "",
-        "summary": summarise(records, errors, activations, problem),
         "parts_of_report": PARTS,
         "viewer": _viewer(folder, records),
         "figures": {name: page.inline_svg(folder / f"{name}.svg") for name in FIGURES},
@@ -176,7 +190,7 @@ def context(folder: Path) -> dict[str, Any]:
         "run_facts": run_facts,
         "setting_facts": setting_facts,
         "library_facts": _libraries(),
-        "citations": [row["text"] for row in page.read_rows(page.TABLES / "citations.csv")],
+        "citations": citations("breath"),
         "warnings": page.messages(records),
     }
 

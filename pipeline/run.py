@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import calls_file, status
-from pipeline.job import Job, chain_of
+from pipeline.job import Job, stages_before
 from pipeline.records import write_text
 from sim.errors import TorsoError
 
@@ -43,6 +43,7 @@ FILES_OF: dict[str, tuple[str, ...]] = {
         "followed.svg",
         "search.svg",
     ),
+    "retraining": ("retraining.csv", "retraining.svg"),
 }
 
 
@@ -55,10 +56,7 @@ def _clear(job: Job, folder: Path) -> None:
 
 
 def _earlier_problem(job: Job, folder: Path) -> dict[str, Any] | None:
-    stages = chain_of(job.kind)
-    if job.stage not in stages:
-        return None
-    for stage in stages[: stages.index(job.stage)]:
+    for stage in stages_before(job.stage, job.kind):
         record = status.read_status(folder, stage)
         if record["status"] != status.OK:
             return record

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -121,10 +121,15 @@ def _bodies(packer: Packer, motion: Motion) -> tuple[dict[str, Any], float]:
     return places | {"shapes": shapes}, error
 
 
-def _muscles(packer: Packer, elements: Elements, ends: np.ndarray) -> dict[str, Any]:
-    """Add the elements' ends in the pool of points, and the root of their tension."""
+def _most_tension(motions: Iterable[Motion]) -> float:
+    """Largest tension of any element in any run, N: side by side they have one scale."""
+    found = [float(m.elements.tension.max()) for m in motions if m.elements is not None]
+    return max(found, default=0.0) or 1e-9
+
+
+def _muscles(packer: Packer, elements: Elements, ends: np.ndarray, most: float) -> dict[str, Any]:
+    """Add the elements' ends in the pool of points, and the root of their tension over `most`."""
     groups = sorted(set(elements.group))
-    most = max(float(elements.tension.max()), 1e-9)
     level = np.sqrt(np.clip(elements.tension / most, 0.0, 1.0))
     return {
         "groups": [g.replace("_", " ") for g in groups],
@@ -147,14 +152,15 @@ def _series(motion: Motion) -> list[dict[str, Any]]:
     ]
 
 
-def _trajectory(packer: Packer, name: str, motion: Motion) -> tuple[dict[str, Any], float]:
+def _trajectory(
+    packer: Packer, name: str, motion: Motion, most: float
+) -> tuple[dict[str, Any], float]:
     bodies, moved = _bodies(packer, motion)
     pool = PointPool(motion, TOLERANCE)
     # riders are off by their own error and by that of the body that carries them
     errors = [moved + pool.error]
     out: dict[str, Any] = {
         "name": name,
-        "start": round(float(motion.time[0]), 4),
         "time": [round(t, 4) for t in (motion.time - motion.time[0]).tolist()],
         "bodies": bodies,
         "points": pool.put(packer),
@@ -169,7 +175,7 @@ def _trajectory(packer: Packer, name: str, motion: Motion) -> tuple[dict[str, An
         "series": _series(motion),
     }
     if motion.elements is not None:
-        out["muscles"] = _muscles(packer, motion.elements, pool.index(len(motion.soft)))
+        out["muscles"] = _muscles(packer, motion.elements, pool.index(len(motion.soft)), most)
     simulated, error = _places(packer, motion.markers)
     errors.append(error)
     out["markers"] = {"names": list(motion.marker_names), "simulated": simulated}
@@ -182,8 +188,30 @@ def _trajectory(packer: Packer, name: str, motion: Motion) -> tuple[dict[str, An
     return out, max(errors)
 
 
+def _clock(motions: Mapping[str, Motion], span: tuple[float, float] | None) -> dict[str, Any]:
+    """Time at which the clock begins, how long it runs, and how late each trajectory begins."""
+    first = [float(motion.time[0]) for motion in motions.values()]
+    if span is None:
+        longest = max(float(np.ptp(motion.time)) for motion in motions.values())
+        start, duration, delays = first[0], longest, [0.0] * len(first)
+    else:
+        start, duration = span[0], span[1] - span[0]
+        delays = [begun - start for begun in first]
+    return {
+        "start": round(start, 4),
+        "duration": round(duration, 4),
+        "delays": [round(delay, 4) for delay in delays],
+    }
+
+
 def build_scene(
-    motions: Mapping[str, Motion], *, place: str, facts: Sequence[str] = (), loop: bool = True
+    motions: Mapping[str, Motion],
+    *,
+    place: str,
+    facts: Sequence[str] = (),
+    loop: bool = True,
+    span: tuple[float, float] | None = None,
+    steps: Sequence[Mapping[str, Any]] = (),
 ) -> Scene:
     """Pack one trajectory, or several that are shown side by side.
 
@@ -193,18 +221,25 @@ def build_scene(
     place : file that an error names
     facts : short lines shown with the picture
     loop : whether the motion repeats itself, as a breath does
+    span : s, of the clock on the trajectories' own time; else each begins with its first frame
+    steps : name, inspiration and period (s) of each trajectory, if one at a time is to be chosen
     """
+    clock = _clock(motions, span)
+    delays = clock.pop("delays")
+    most = _most_tension(motions.values())
     packer, told, errors, rate = Packer(), [], [], np.inf
-    for name, motion in motions.items():
+    for (name, motion), delay in zip(motions.items(), delays, strict=True):
         kept = thinned(motion, place)
         if len(kept.time) > 1:
             rate = min(rate, (len(kept.time) - 1) / float(np.ptp(kept.time)))
-        one, error = _trajectory(packer, name, kept)
-        told.append(one)
+        one, error = _trajectory(packer, name, kept, most)
+        told.append({**one, "delay": delay})
         errors.append(error)
     description = {
-        "trajectories": told, "layers": layers(), "facts": list(facts), "loop": loop,
+        "trajectories": told, "layers": layers(), "facts": list(facts), "loop": loop, **clock,
     }  # fmt: skip
+    if steps:
+        description["steps"] = [dict(step) for step in steps]
     return Scene(
         # `</script` and `<!--` must not end or break the element that holds it
         description=json.dumps(description, separators=(",", ":")).replace("<", "\\u003c"),

@@ -311,3 +311,43 @@ class PapersSettings:
             raise ValueError("map_least_level is over 0, under map_most_level, which is at most 1.")
         if not 0.2 <= self.map_shortest_s < self.map_longest_s:
             raise ValueError("map_shortest_s is at least 0.2 and under map_longest_s.")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class RetrainingSettings:
+    """Steps from a person's breath to a slower, more diaphragmatic one.
+
+    n_steps : after the person's own breath; the last is the target
+    rate_per_min : of the target; six a minute is the usual slow breathing (Russo 2017, recalled)
+    belly_share : of the target's tidal volume, by the belly wall; the diaphragm alone gives some
+        three quarters upright, an ordinary breath of this torso two fifths to a half
+    inspiration_share : of the target's breath, in: out is half as long again
+    dead_space_ml_per_kg : a breath a minute less is made up for so that the alveoli get as much
+        air; 1 mL a pound (Radford 1955, recalled)
+    tolerance : of a swept volume, as a share of the tidal volume
+    n_runs : of the torso, a step
+    frame_rate_hz : of the kept breaths
+    """
+
+    n_steps: int
+    rate_per_min: float
+    belly_share: float
+    inspiration_share: float
+    dead_space_ml_per_kg: float
+    tolerance: float
+    n_runs: int
+    frame_rate_hz: float
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.n_steps <= 8 or self.n_runs < 1:
+            raise ValueError("n_steps is from 1 to 8, n_runs 1 or more.")
+        if not 3.0 <= self.rate_per_min <= 30.0:
+            raise ValueError("rate_per_min is from 3 to 30.")
+        if not 0.0 < self.belly_share < 1.0:
+            raise ValueError("belly_share is over 0 and under 1.")
+        if not 0.2 <= self.inspiration_share <= 0.6:
+            raise ValueError("inspiration_share is from 0.2 to 0.6.")
+        if not 0.0 <= self.dead_space_ml_per_kg <= 5.0 or self.tolerance <= 0.0:
+            raise ValueError("dead_space_ml_per_kg is from 0 to 5, tolerance over 0.")
+        if not 12.0 <= self.frame_rate_hz <= 100.0:
+            raise ValueError("frame_rate_hz is from 12 to 100.")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline import follow_stage, records, sound_stages
+from pipeline import follow_stage, records, retraining_stage, sound_stages
 from pipeline.job import Job
 from pipeline.report_tables import main_error
 from pipeline.run import Content, Stage
@@ -287,4 +287,5 @@ STAGES: dict[str, Stage] = {
     "posterior": posterior,
     **sound_stages.STAGES,
     **follow_stage.STAGES,
+    **retraining_stage.STAGES,
 }

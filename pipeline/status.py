@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import places
-from pipeline.job import BREATH, CHAINS, Job, chain_of
+from pipeline.job import BESIDE, BREATH, CHAINS, Job, chain_of, stages_of
 from pipeline.records import read_json, write_json
 
 OK, UNUSABLE, FAILED = "ok", "unusable", "failed"
 RECORDS = chain_of(BREATH)
-EVERY_RECORD = tuple(stage for chain in CHAINS.values() for stage in chain)
+EVERY_RECORD = (*(stage for chain in CHAINS.values() for stage in chain), *BESIDE)
 
 
 def provenance(job: Job, seconds: float) -> dict[str, Any]:
@@ -57,7 +57,7 @@ def belongs(folder: Path, stage: str) -> bool:
     if not (folder / f"{stage}.json").exists():
         return False
     kind = read_status(folder, stage).get("recorded")
-    return kind is None or stage in chain_of(kind)
+    return kind is None or stage in stages_of(kind)
 
 
 def first_problem(folder: Path, stages: Sequence[str] = RECORDS) -> dict[str, Any] | None:

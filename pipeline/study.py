@@ -15,7 +15,8 @@ from sim.errors import InputError
 
 SCHEMAS = Path(__file__).parent / "schemas"
 LAUGH = "laugh"
-RESERVED = ("all", "error_table", "group", "papers", "physiology", "README")
+RESERVED_END = "_retraining"
+RESERVED = ("all", "error_table", "group", "index", "papers", "physiology", "README")
 NAME = re.compile(r"\w[\w.-]*")
 
 Row = dict[str, str]
@@ -143,6 +144,8 @@ def _cell_problem(row: Row, schema: Mapping[str, Any]) -> str:
 def _name_problem(name: str, count: int) -> str:
     if name.casefold() in {r.casefold() for r in RESERVED}:
         return "the name is reserved for a page of the whole study. Rename the row."
+    if name.casefold().endswith(RESERVED_END):
+        return f"a name may not end with {RESERVED_END}, the page of a retraining. Rename the row."
     if not NAME.fullmatch(name):
         return "a name has letters, digits, '_', '-' and '.' only. Rename the row."
     if count > 1:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pipeline.headline import BAD, GOOD, PLAIN
 from pipeline.page import SUBJECT_MEAN, Rows, number, sentence, words
 from pipeline.report_tables import interval_text, main_error, share_of_still
 
@@ -16,8 +17,10 @@ NEAR_REST = 0.1
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Summary:
-    """Sentences, and (value, label) pairs that stand out."""
+    """The result and its mark, more sentences, and (value, label) pairs that stand out."""
 
+    result: str
+    mark: str
     sentences: tuple[str, ...]
     numbers: tuple[tuple[str, str], ...]
 
@@ -43,13 +46,14 @@ def _breathing(signature: Mapping[str, Any]) -> tuple[list[str], list[tuple[str,
     return [sentence], [(f"{number(rate, 2)} / min", "breathing rate")]
 
 
-def _closeness(errors: Rows) -> tuple[list[str], list[tuple[str, str]]]:
+def _closeness(errors: Rows) -> tuple[str, str, list[tuple[str, str]]]:
+    """Result, its mark and the figures of it."""
     row = main_error(errors)
     if not row:
-        return [], []
-    error, still, share = row["error_p_mm"], row["error_p_still_mm"], share_of_still(row)
+        return "", PLAIN, []
+    error, still, share = _float(row, "error_p_mm"), row["error_p_still_mm"], share_of_still(row)
     if not math.isfinite(share):
-        return ["The markers do not move, so the fit says nothing."], []
+        return "The markers do not move, so the fit says nothing.", BAD, []
     if share >= 1:
         text = (
             f"The torso follows this breath no better than standing still would:"
@@ -61,10 +65,19 @@ def _closeness(errors: Rows) -> tuple[list[str], list[tuple[str, str]]]:
             f" ones on average; a torso that does not move would miss them by"
             f" {number(still, 2)} mm."
         )
-    return [text], [
-        (f"{number(error, 2)} mm", "mean error of the markers"),
-        (number(share, 2), "of the error of not moving"),
-    ]
+    spread = _float(row, "spread_mm")
+    if math.isfinite(spread):
+        text += f" The subject's other breaths are {number(spread, 2)} mm from each one."
+    # as near as the breaths are to each other is all that one breath for all can be
+    mark = BAD if share >= 1 else GOOD if error <= spread else PLAIN
+    return (
+        text,
+        mark,
+        [
+            (f"{number(error, 2)} mm", "mean error of the markers"),
+            (number(share, 2), "of the error of not moving"),
+        ],
+    )
 
 
 def _levels(activations: Rows) -> list[str]:
@@ -103,17 +116,20 @@ def summarise(
     errors, activations : rows of errors.csv and activations.csv
     problem : why the recording could not be used, empty if it could
     """
-    sentences: list[str] = []
-    numbers: list[tuple[str, str]] = []
+    result, mark, numbers = _closeness(errors)
     if problem:
-        sentences.append(f"This recording could not be used to the end: {problem}")
-    for found, shown in (_breathing(records["signature"]), _closeness(errors)):
-        sentences += found
-        numbers += shown
+        result, mark = f"This recording could not be used to the end: {problem}", BAD
+    sentences, more = _breathing(records["signature"])
+    numbers += more
     if "tidal_volume_l" in records["fit"]:
         numbers.append(
             (f"{number(records['fit']['tidal_volume_l'], 2)} L", "breathed by the model")
         )
     sentences += _levels(activations)
     sentences += [sentence(line) for line in records["posterior"].get("identifiability", [])]
-    return Summary(sentences=tuple(sentences), numbers=tuple(numbers))
+    return Summary(
+        result=result or "The recording was read; no torso has been fitted to it.",
+        mark=mark,
+        sentences=tuple(sentences),
+        numbers=tuple(numbers),
+    )

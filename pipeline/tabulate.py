@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import page, status
+from pipeline.headline import BAD, GOOD, Headline, written
 from pipeline.records import write_text
 from pipeline.report_tables import columns, main_error
 
@@ -100,14 +101,24 @@ def write_error_table(
     rows = error_rows(results, names)
     paper = [row for row in rows if row["source"] != "this study"]
     shown = columns(rows, ("status", "source"))
+    lost = [*_unusable(results, names), *problems]
     html = page.render(
         "error_table.html",
+        head=Headline(
+            kind="Study",
+            title="Errors of all recordings",
+            subtitle="The same rows are in error_table.csv beside this page",
+            result=f"{len(names) - len(_unusable(results, names))} of {len(names) + len(problems)}"
+            " rows could be used.",
+            mark=BAD if lost else GOOD,
+            made=written(results / name / "posterior.json" for name in names),
+        ),
         rows=[row for row in rows if row["source"] == "this study"],
         paper_rows=paper,
         columns=shown,
         # the papers print few of our columns
         paper_columns=[c for c in shown if any(str(row.get(c[0], "")).strip() for row in paper)],
-        problems=[*_unusable(results, names), *problems],
+        problems=lost,
     )
     paths = [reports / "error_table.csv", reports / "error_table.html"]
     write_text(paths[0], as_csv(rows, ERROR_COLUMNS))
@@ -183,8 +194,16 @@ def write_group(
         )
     path = reports / "group.html"
     people = [{"subject": subject, **levels} for subject, levels in subjects.items()]
+    used = sum(row["good"] is True for row in statuses)
     html = page.render(
         "group.html",
+        head=Headline(
+            kind="Study",
+            title="All recordings",
+            result=f"{used} of {len(statuses) + len(problems)} rows could be used.",
+            mark=GOOD if used == len(statuses) + len(problems) else BAD,
+            made=written(results / name / "posterior.json" for name in names),
+        ),
         statuses=statuses,
         problems=list(problems),
         groups=group_rows(subjects),

@@ -14,7 +14,7 @@ from pipeline import calls_file, configuration
 from pipeline.calibration_table import calibration_parts
 from pipeline.configuration import STUDY_FILE, nearest_words
 from pipeline.job import LAUGH, chain_of, make_job
-from pipeline.study import Entry, Study, read_study
+from pipeline.study import RESERVED_END, Entry, Study, read_study
 from sim.errors import InputError
 
 RESULTS, REPORTS = Path("results"), Path("reports")
@@ -24,6 +24,7 @@ OTHER_PAGES = tuple(
     f"{REPORTS}/{folder.name}.{kind}" for folder in (PHYSIOLOGY, PAPERS) for kind in ("csv", "html")
 )
 """Pages that are not about the study's recordings; only made when asked for."""
+INDEX = f"{REPORTS}/index.html"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -61,7 +62,26 @@ class Plan:
     @property
     def everything(self) -> list[str]:
         """Every page of the study."""
-        return [*(f"{REPORTS}/{name}.html" for name in self.study.names), *PAGES]
+        return [*(f"{REPORTS}/{name}.html" for name in self.study.names), *PAGES, INDEX]
+
+    def indexed(self, targets: Collection[str]) -> list[str]:
+        """Return the pages that the index waits for: those asked for with it.
+
+        Parameters
+        ----------
+        targets : as typed; none or `all` asks for every page of the study
+        """
+        typed = [_normal(target) for target in targets]
+        if not typed or "all" in typed:
+            typed += self.everything
+        known = {*self.everything, *OTHER_PAGES} - {INDEX}
+        return sorted({one for one in typed if one in known and one.endswith(".html")})
+
+    def others(self, targets: Collection[str]) -> list[str]:
+        """Return name and time of the other pages there: the index is made anew for them."""
+        waited = self.indexed(targets)
+        pages = (one for one in sorted(REPORTS.glob("*.html")) if one.as_posix() != INDEX)
+        return [f"{p.name} {p.stat().st_mtime_ns}" for p in pages if p.as_posix() not in waited]
 
     @property
     def lost(self) -> list[str]:
@@ -78,13 +98,14 @@ class Plan:
         about = [
             t
             for t in map(_normal, targets)
-            if t not in (*OTHER_PAGES, PHYSIOLOGY.name, PAPERS.name)
+            if t not in (*OTHER_PAGES, PHYSIOLOGY.name, PAPERS.name, INDEX, "index")
         ]
         if targets and not about:
             return [], []
-        targets = about
-        names = [n for n in self.study.names if f"{REPORTS}/{n}.html" in map(_normal, targets)]
-        if len(names) == len(set(targets)) and targets:
+        # a retraining answers for its recording
+        targets = {one.replace(f"{RESERVED_END}.html", ".html") for one in about}
+        names = [n for n in self.study.names if f"{REPORTS}/{n}.html" in targets]
+        if len(names) == len(targets) and targets:
             return names, []
         return list(self.study.names), self.lost
 
@@ -127,9 +148,9 @@ def check_targets(
     files = {name.join(_WILDCARD.split(one)) for one in made for name in study.names}
     reports = [f"{REPORTS}/{name}.html" for name in study.names]
     for target in map(_normal, targets):
-        if target in (*reports, *PAGES, *OTHER_PAGES, *rules, *files):
+        if target in (*reports, *PAGES, *OTHER_PAGES, INDEX, *rules, *files):
             continue
-        stems = {PurePosixPath(page).stem: page for page in (*OTHER_PAGES, *PAGES, *reports)}
+        stems = {PurePosixPath(page).stem: page for page in (INDEX, *OTHER_PAGES, *PAGES, *reports)}
         close = nearest_words(PurePosixPath(target).stem, stems)
         near = " or ".join(stems[stem] for stem in close)
         some = ", ".join((*reports[:8], *PAGES, *OTHER_PAGES))

@@ -72,7 +72,7 @@ def followed_svg(
         _shade(axis, spans, breaths)
     throat.set_xlabel("s")
     throat.set_xlim(*limits)
-    return as_svg(figure)
+    return as_svg(figure, timed=(top, lung, effort, throat))
 
 
 def _throat(axis: Axes, time: Floats, larynx: Floats) -> None:

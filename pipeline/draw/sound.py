@@ -70,7 +70,7 @@ def calls_svg(
     curve.set_xlabel("s")
     curve.legend(fontsize=6, loc="upper right", ncols=3)
     curve.set_xlim(start, start + len(samples) / rate)
-    return as_svg(figure)
+    return as_svg(figure, timed=(wave, curve))
 
 
 def _waveform(axis: Axes, samples: Floats, rate: float, start: float) -> None:
@@ -144,4 +144,4 @@ def spectrogram_svg(*, samples: Floats, rate: float, start: float) -> str:
     axis.set_ylabel("kHz")
     axis.set_xlabel("s")
     axis.set_title("spectrogram")
-    return as_svg(figure)
+    return as_svg(figure, timed=(axis,))

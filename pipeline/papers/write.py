@@ -12,6 +12,8 @@ from typing import Any
 from markupsafe import Markup
 
 from pipeline import page, records
+from pipeline.citations import citations
+from pipeline.headline import Headline, written
 from pipeline.papers import plots
 from pipeline.papers.behaviours import FORMS
 from pipeline.papers.cross import read_figures
@@ -32,6 +34,11 @@ COLUMNS = ("section", "paper", "place", "quantity", "run", "printed", "low", "hi
            "value", "verdict", "why", "band", "note")  # fmt: skip
 PARTS = (*FORMS, "map", "experiments")
 """Records of the heavy rules."""
+LAST_SECTIONS = (
+    ("methods", "Methods"),
+    ("left-out", "What is not made anew"),
+    ("errors", "Errors"),
+)
 CLASSES = {Verdict.HOLDS: "good", Verdict.FAILS: "bad"}
 
 
@@ -140,6 +147,27 @@ def made(parts: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [*lines, ("version", parts["map"]["version"]), ("code", parts["map"]["source"])]
 
 
+def _head(whole: Mapping[str, int], n_rows: int, made: str) -> Headline:
+    parts = [f"{whole['does not hold']} do not"]
+    parts += [f"{whole[word]} {word}" for word in ("in part", "not run") if whole[word]]
+    return Headline(
+        kind="Papers",
+        title="The papers’ tables and figures, made anew",
+        subtitle="Zordan 2006, Sanders 2008, DiLorenzo 2009. Every number is from a run of this"
+        " torso (man of 1.756 m and 75 kg, upright); the same rows are in papers.csv beside"
+        " this page",
+        result=f"{whole['holds']} of {n_rows} printed figures and statements hold,"
+        f" {', '.join(parts)}.",
+        numbers=(
+            (f"{whole['holds']} of {n_rows}", "printed figures and statements hold"),
+            (str(whole["does not hold"]), "do not hold"),
+            (str(whole["in part"]), "hold in part"),
+            (str(whole["not run"]), "could not be run"),
+        ),
+        made=made,
+    )
+
+
 def context(folder: Path) -> dict[str, Any]:
     """Everything that the template shows.
 
@@ -153,12 +181,16 @@ def context(folder: Path) -> dict[str, Any]:
     sections = by_section(rows)
     whole = counts([str(r.verdict) for r in rows])
     return {
+        "head": _head(whole, len(rows), written(folder / f"{name}.json" for name in PARTS)),
+        "citations": citations("papers"),
         "rows": rows,
-        "whole": whole,
-        "n_rows": len(rows),
         "misses": [shown(r) for r in rows if r.verdict is Verdict.FAILS],
         "tally": tally(sections),
-        "sections": {name: grouped(found) for name, found in sections.items()},
+        "sections": [
+            *((name.replace(" ", "-"), name.capitalize()) for name in sections),
+            *LAST_SECTIONS,
+        ],
+        "rows_by_section": {name: grouped(found) for name, found in sections.items()},
         "drawings": plots.drawings(folder, parts, figures),
         "left_out": page.read_rows(LEFT_OUT),
         "parts_of": parts,

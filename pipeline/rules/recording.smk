@@ -124,3 +124,32 @@ rule report:
         job=lambda w: plan.job(w.name, "report"),
     shell:
         "pleura report {wildcards.name:q} --keep-going --job {params.job:q} 2> {log:q}"
+
+
+# Beside the chain, when asked for: the fitted breath led to a slower, more diaphragmatic one.
+rule retraining:
+    input:
+        "results/{name}/fit.json",
+    output:
+        "results/{name}/retraining.json",
+    log:
+        "logs/{name}/retraining.log",
+    threads: workflow.cores or 1
+    params:
+        job=lambda w: plan.job(w.name, "retraining"),
+    shell:
+        "pleura retraining {wildcards.name:q} --keep-going --processes {threads}"
+        " --job {params.job:q} 2> {log:q}"
+
+
+rule retraining_report:
+    input:
+        "results/{name}/retraining.json",
+    output:
+        "reports/{name}_retraining.html",
+    log:
+        "logs/{name}/retraining_report.log",
+    params:
+        job=lambda w: plan.job(w.name, "report"),
+    shell:
+        "pleura retraining_report {wildcards.name:q} --job {params.job:q} 2> {log:q}"

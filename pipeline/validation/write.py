@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 
 from pipeline import page, records
+from pipeline.citations import citations
 from pipeline.draw.physiology import Curves, Measured, diaphragm_svg, rahn_svg
+from pipeline.headline import BAD, GOOD, Headline, written
 from pipeline.validation.strip import strip
 from pipeline.validation.table import (
     CLASSES,
@@ -49,6 +51,12 @@ COLUMNS = (
     "citation",
     "doi",
     "note",
+)
+LAST_SECTIONS = (
+    ("curves", "Curves"),
+    ("methods", "Methods"),
+    ("left-out", "Rows that the torso cannot state"),
+    ("errors", "Errors"),
 )
 TARGET = 0.8
 """Share of the emergent rows that should be in their bands; of the tuned ones all should."""
@@ -205,25 +213,57 @@ def problems(people: Mapping[str, Mapping[str, Any]], rows: Sequence[Judged]) ->
     return lines
 
 
-def context(people: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Everything that the template shows."""
+def _head(
+    lines: Sequence[Mapping[str, Any]], people: Sequence[Mapping[str, Any]], n_rows: int, made: str
+) -> Headline:
+    of = {str(line["kind"]): line for line in lines}
+    numbers = [
+        (f"{line['in']} of {line['in'] + line['out']}", f"{kind} rows in band")
+        for kind, line in of.items()
+    ]
+    share = float(of["emergent"]["share"])
+    good = share >= TARGET
+    who = " and ".join(
+        f"a {WHO[one['sex']]} of {one['stature_m']:.4g} m and {one['mass_kg']:.3g} kg"
+        for one in people
+    )
+    return Headline(
+        kind="Physiology",
+        title="The torso beside published physiology",
+        subtitle=f"{n_rows} rows, one set of parameters; {who}. The same rows are in"
+        " physiology.csv beside this page",
+        result=f"Of what nothing was set to meet, {100 * share:.0f} % lies in its published band;"
+        f" the target is {100 * TARGET:.0f} %.",
+        mark=GOOD if good else BAD,
+        numbers=tuple(numbers),
+        made=made,
+    )
+
+
+def context(people: Mapping[str, Mapping[str, Any]], made: str = "") -> dict[str, Any]:
+    """Everything that the template shows; `made` is when the people were simulated."""
     rows = judge_all(people)
     areas: dict[str, list[Judged]] = {}
     for row in rows:
         areas.setdefault(row.band.area, []).append(row)
     sources = sorted({(r.band.citation, r.band.doi) for r in rows})
     drawn = [curves(people[sex]) for sex in PEOPLE]
+    lines = tally(rows)
     return {
-        "tally": tally(rows),
+        "head": _head(lines, list(people.values()), len(rows), made),
+        "sections": [
+            *((area.replace(" ", "-"), area.capitalize()) for area in areas),
+            *LAST_SECTIONS,
+        ],
+        "citations": citations("physiology"),
+        "tally": lines,
         "classes": CLASSES,
         "target": TARGET,
-        "n_rows": len(rows),
         "areas": {area: grouped(found) for area, found in areas.items()},
         "left_out": page.read_rows(LEFT_OUT),
         "sources": sources,
         "rahn": page.own_ids(rahn_svg(drawn), "rahn"),
         "diaphragm": page.own_ids(diaphragm_svg(drawn), "diaphragm"),
-        "people": list(people.values()),
         "checks": checks(people),
         "problems": problems(people, rows),
     }
@@ -251,11 +291,12 @@ def write_physiology(folder: Path, reports: Path) -> list[Path]:
     reports : where the page goes
     """
     people = {sex: records.read_json(folder / f"{sex}.json") for sex in PEOPLE}
+    made = written(folder / f"{sex}.json" for sex in PEOPLE)
     stream = io.StringIO()
     writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
     writer.writeheader()
     writer.writerows(csv_rows(judge_all(people)))
     paths = [reports / "physiology.csv", reports / "physiology.html"]
     records.write_text(paths[0], stream.getvalue())
-    records.write_text(paths[1], page.render("physiology.html", **context(people)))
+    records.write_text(paths[1], page.render("physiology.html", **context(people, made)))
     return paths

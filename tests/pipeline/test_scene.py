@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -156,6 +157,23 @@ def test_a_long_run_keeps_each_second_frame(small_motion, monkeypatch):
 def test_a_page_stands_alone(small_motion, tmp_path):
     path = tmp_path / "small.h5"
     save_motion(path, small_motion, {"style": "calm", "posture": "upright"})
-    text = write_view(path, tmp_path / "small.html").read_text(encoding="utf-8")
-    assert text.count("<script") == text.count("</script>") == 3
+    text = write_view([path], tmp_path / "small.html").read_text(encoding="utf-8")
+    assert text.count("<script") == text.count("</script>") == 4
     assert "http" not in text.split("<script")[0].replace("http-equiv", "")
+
+
+def test_a_clock_may_begin_before_the_first_frame_and_end_after_the_last(small_motion):
+    late = replace(small_motion, time=small_motion.time + 3.0)
+    made = scene.build_scene({"late": late}, place="late.h5", span=(2.5, 9.0))
+    told = json.loads(made.description)
+    begun = float(late.time[0])
+    assert (told["start"], told["duration"]) == (2.5, 6.5)
+    assert told["trajectories"][0]["delay"] == pytest.approx(begun - 2.5, abs=1e-4)
+
+
+def test_without_a_span_each_trajectory_begins_with_its_first_frame(small_motion):
+    late = replace(small_motion, time=small_motion.time + 3.0)
+    made = scene.build_scene({"one": small_motion, "late": late}, place="late.h5")
+    told = json.loads(made.description)
+    assert [one["delay"] for one in told["trajectories"]] == [0.0, 0.0]
+    assert told["duration"] == pytest.approx(float(np.ptp(small_motion.time)), abs=1e-4)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.draw.fit import markers_time_svg, sagittal_svg
+from pipeline.page import environment
 from pipeline.report import write_report
 from pipeline.tabulate import write_group
 
@@ -68,3 +69,36 @@ def test_figures_are_drawn_in_the_page(browser, page_of):
     )
     assert len(sizes) == 2
     assert min(sizes) > 200
+
+
+GRID = (
+    "<table><thead><tr><th>a</th><th>b</th><th>c</th></tr></thead><tbody>"
+    '<tr><td rowspan="2">one \N{MINUS SIGN}1</td><td>2</td><td><svg></svg></td></tr>'
+    '<tr><td colspan="2">two  words</td></tr></tbody></table>'
+)
+
+
+def test_a_table_is_copied_with_every_cell_in_its_column(browser, tmp_path):
+    from pipeline.headline import Headline
+
+    made = environment().from_string(
+        '{% extends "base.html" %}{% block main %}' + GRID + '<p data-copy="it">How.</p>'
+        "<details><summary>More</summary><p>inside</p></details>{% endblock %}"
+    )
+    (tmp_path / "t.html").write_text(
+        made.render(head=Headline(kind="T", title="t")), encoding="utf-8"
+    )
+    page = browser.new_page()
+    page.goto((tmp_path / "t.html").as_uri())
+    # what reaches the clipboard, whatever the browser allows a page from disk
+    page.evaluate(
+        "navigator.clipboard.writeText = (text) => { window.got = text; return Promise.resolve(); }"
+    )
+    page.get_by_role("button", name="Copy this table").click()
+    assert page.evaluate("window.got") == "a\tb\tc\none -1\t2\t\none -1\ttwo words\t"
+    page.get_by_role("button", name="Copy it").click()
+    assert page.evaluate("window.got") == "How."
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert page.locator("details p").is_visible()
+    page.emulate_media(media="print")
+    assert not page.locator("nav, .copy").first.is_visible()

@@ -9,8 +9,11 @@ import pandas as pd
 import pytest
 from playwright.sync_api import sync_playwright
 
+from pipeline.view import MOST_BYTES
+
 pytestmark = pytest.mark.slow
 
+DRIVER = "GL Driver Message"
 CHROMIUM = "/usr/bin/chromium"
 FLAGS = (
     "--no-sandbox",
@@ -22,14 +25,25 @@ FLAGS = (
     "--disable-sync",
 )
 LIGHT = "follow:\n  n_evaluations: 30\n  compared: []\n"
+READY = "window.pleuraViewer && window.pleuraViewer.firstPicture"
 PLACES = """async (seconds) => {
-  const sound = document.querySelector("audio");
+  const sound = document.querySelector("audio"), viewer = window.pleuraViewer;
   if (sound.readyState === 0) await new Promise((go) => { sound.onloadedmetadata = go; });
   sound.currentTime = seconds;
   await new Promise((go) => { sound.onseeked = go; setTimeout(go, 1000); });
   await new Promise((go) => setTimeout(go, 200));
-  const heads = [...document.querySelectorAll(".playhead")];
-  return [sound.duration, ...heads.map((head) => parseFloat(head.style.left))];
+  viewer.move();
+  const lines = [...document.querySelectorAll("line.time-cursor")];
+  const places = lines.map((line) => Number(line.getAttribute("x1")));
+  return [sound.duration, viewer.clock.time, ...places];
+}"""
+# where the line has to be, from the file's time alone
+WANTED = """(seconds) => [...document.querySelectorAll("svg[data-time-axes]")].flatMap(
+  (svg) => JSON.parse(svg.dataset.timeAxes).map(([left, , width, , start, end]) => left + width
+    * (Number(document.querySelector("audio").dataset.start) + seconds - start) / (end - start)))"""
+CLICK = """() => {
+  const svg = document.querySelector("svg[data-time-axes]"), box = svg.getBoundingClientRect();
+  return [box.left + 0.5 * box.width, box.top + 0.25 * box.height];
 }"""
 
 
@@ -67,10 +81,23 @@ def _check_page(path: Path) -> None:
         page.on("console", lambda line: said.append(line.text))
         page.on("pageerror", lambda error: said.append(str(error)))
         page.goto(path.as_uri())
-        early, late = page.evaluate(PLACES, 0.5), page.evaluate(PLACES, 1.5)
+        while not page.evaluate(f"Boolean({READY})"):
+            page.wait_for_timeout(50)
+        found = {at: page.evaluate(PLACES, at) for at in (0.5, 1.0, 1.5)}
+        wanted = {at: page.evaluate(WANTED, at) for at in found}
+        page.locator("svg[data-time-axes]").first.scroll_into_view_if_needed()
+        page.mouse.click(*page.evaluate(CLICK))
+        clicked = page.evaluate(
+            "[pleuraViewer.clock.time, document.querySelector('audio').currentTime]"
+        )
+        said = [line for line in said if DRIVER not in line]
         browser.close()
-    assert early[0] == pytest.approx(2.316, abs=0.01)
-    assert len(early) == 4
-    assert all(b > a + 50 for a, b in zip(early[1:], late[1:], strict=True))
+    for at, (duration, clock, *lines) in found.items():
+        assert duration == pytest.approx(found[0.5][0]) and duration >= 2.316
+        assert clock == pytest.approx(at, abs=0.01)
+        assert len(lines) == 7
+        assert lines == pytest.approx(wanted[at], abs=0.5)
+    assert clicked[0] == pytest.approx(clicked[1], abs=0.01) and clicked[0] != pytest.approx(1.5)
+    assert path.stat().st_size < MOST_BYTES
     assert said == []
     assert all(url.startswith(("file:", "data:")) for url in asked)

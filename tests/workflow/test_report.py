@@ -8,11 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.page import cell, inline_svg, number
+from pipeline.citations import citations, entries
+from pipeline.headline import BAD, GOOD, PLAIN
+from pipeline.page import cell, digest, inline_svg, number
 from pipeline.report import PARTS, write_report
 from pipeline.report_tables import breath_facts, rib_table
+from pipeline.summary import summarise
 from pipeline.tabulate import by_subject, error_rows, group_rows, write_error_table, write_group
 
+ROOT = Path(__file__).resolve().parents[2]
 MAX_BYTES = 8_000_000
 
 
@@ -77,7 +81,9 @@ def test_page_fetches_nothing(report):
     html = report("good")
     assert "://" not in html
     assert fetched(html) == []
-    assert "<script" not in html
+    scripts = re.findall(r"<script>(.*?)</script>", html, re.DOTALL)
+    assert len(scripts) == html.count("<script") == 1
+    assert f"script-src '{digest(scripts[0])}'\">" in html
 
 
 def test_figures_keep_their_ids_apart_and_carry_no_address(tmp_path):
@@ -166,3 +172,36 @@ def test_numbers_have_three_digits_and_gaps_a_dash(value, text):
 def test_cells_keep_what_a_table_prints():
     assert cell("0.040") == "0.040"
     assert cell("0.0400123") == "0.0400"
+
+
+@pytest.mark.parametrize("name", ["good", "bad", "never_run"])
+def test_first_screen_gives_the_result_before_anything_else(report, name):
+    html = report(name)
+    first = html.split('<section id="summary">')[1].lstrip()
+    mark = "plain" if name == "good" else "bad"
+    assert first.startswith(f'<p class="result {mark}">')
+
+
+def test_a_page_carries_its_references_as_text_and_as_bibtex(report):
+    html = report("good")
+    assert html.count('data-copy="the methods"') == 1
+    cited = citations("breath")
+    assert {"pleura", "zordan2006", "dilorenzo2009", "mujoco"} <= {one.key for one in cited}
+    for one in cited:
+        assert f"{{{one.key}," in html
+
+
+@pytest.mark.parametrize("kind", ["breath", "laugh", "papers", "physiology", "view"])
+def test_references_of_the_pages_are_those_of_the_bibliography(kind):
+    whole = entries((ROOT / "docs/references.bib").read_text("utf-8"))
+    for one in citations(kind):
+        assert one.bibtex == whole[one.key]
+
+
+@pytest.mark.parametrize(("spread", "mark"), [("0.5", GOOD), ("0.3", PLAIN), ("", PLAIN)])
+def test_a_fit_is_good_when_it_is_as_near_as_the_breaths_are_to_each_other(spread, mark):
+    row = {"scope": "cycles_all", "error_p_mm": "0.4", "error_p_still_mm": "1", "spread_mm": spread}
+    records = {"signature": {"status": "failed"}, "fit": {}, "posterior": {}}
+    assert summarise(records, [row], [], "").mark == mark
+    assert summarise(records, [{**row, "error_p_mm": "1.2"}], [], "").mark == BAD
+    assert summarise(records, [row], [], "no file").mark == BAD

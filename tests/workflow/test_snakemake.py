@@ -112,8 +112,11 @@ def test_unusable_row_stops_no_other_and_ends_with_exit_code_1(workflow):
         assert "there is no file" in last
         assert "Traceback" not in "".join(told(run))
     reports = workflow.folder / "reports"
-    for page in ("good.html", "lost.html", "error_table.html", "error_table.csv", "group.html"):
+    pages = ("good.html", "lost.html", "error_table.html", "error_table.csv", "group.html")
+    for page in (*pages, "index.html"):
         assert (reports / page).exists()
+    listed = (reports / "index.html").read_text(encoding="utf-8")
+    assert listed.count('<tr><td><a href="') == 4
     assert "there is no file" in (reports / "group.html").read_text(encoding="utf-8")
     assert "there is no file" in (reports / "lost.html").read_text(encoding="utf-8")
     assert snakemake(workflow, "reports/good.html").returncode == 0

@@ -16,6 +16,7 @@ import soundfile
 
 from pipeline.draw.fit import volume_svg
 from pipeline.export import export
+from pipeline.headline import Headline
 from pipeline.report import write_report
 from pipeline.view import MOST_BYTES, SCRIPT, data_address, make_viewer, write_view
 from sim.trajectory import save_motion
@@ -32,7 +33,7 @@ DRIVER = "GL Driver Message"
 def view_page(small_motion, tmp_path_factory):
     folder = tmp_path_factory.mktemp("view")
     save_motion(folder / "small.h5", small_motion, {"style": "calm", "posture": "upright"})
-    return write_view(folder / "small.h5", folder / "small.html")
+    return write_view([folder / "small.h5"], folder / "small.html")
 
 
 class Opened:
@@ -233,18 +234,21 @@ def test_plots_of_a_report_share_the_cursor(browser, report):
     assert report.stat().st_size < MOST_BYTES
 
 
-def test_two_trajectories_stand_side_by_side(browser, small_motion, tmp_path):
-    from pipeline import page
-
-    slow = replace(small_motion, measured=None, elements=None)
-    viewer = make_viewer({"subject": small_motion, "model": slow}, place="two.h5")
-    text = page.render("view.html", title="two", subtitle="", viewer=viewer, about={})
-    (tmp_path / "two.html").write_text(text, encoding="utf-8")
-    opened = Opened(browser, tmp_path / "two.html", viewport=WIDE).ready()
+def test_two_runs_stand_side_by_side_by_name_on_one_clock(browser, small_motion, tmp_path):
+    short = replace(small_motion.frames(0, 30), measured=None, elements=None)
+    for name, motion in (("one", small_motion), ("two", short)):
+        save_motion(tmp_path / f"{name}.h5", motion, {"style": name})
+    out = write_view([tmp_path / "one.h5", tmp_path / "two.h5"], tmp_path / "both.html")
+    opened = Opened(browser, out, viewport=WIDE).ready()
     opened.run("pleuraViewer.look('front')")
     picture = opened.picture()
     half = picture.shape[1] // 2
     assert drawn(picture[:, :half]) > 0.02 and drawn(picture[:, half:]) > 0.02
+    assert opened.page.locator("#viewer .titles span").all_inner_texts() == ["one", "two"]
+    opened.run("pleuraViewer.seek(1.0); pleuraViewer.draw()")
+    shown = "pleuraViewer.figures.map(f => f.pose.time[f.pose.frame] + f.pose.share * 0.04)"
+    assert opened.run(shown) == pytest.approx([1.0, 1.0], abs=1e-3)
+    assert opened.page.locator("#viewer .track path").count() == 2
     assert opened.complaints() == []
 
 
@@ -256,7 +260,10 @@ def test_a_sound_leads_the_clock(browser, small_motion, tmp_path):
     soundfile.write(stream, tone, 8000, format="WAV")
     sound = data_address(stream.getvalue(), "audio/wav")
     viewer = make_viewer({"laugh": small_motion}, place="l.h5", sound=sound, loop=False)
-    text = page.render("view.html", title="laugh", subtitle="", viewer=viewer, about={})
+    head = Headline(kind="Run", title="laugh")
+    text = page.render(
+        "view.html", head=head, viewer=viewer, about_columns=[], about=[], citations=[]
+    )
     (tmp_path / "laugh.html").write_text(text, encoding="utf-8")
     opened = Opened(browser, tmp_path / "laugh.html", viewport=WIDE).ready()
     frame = 0.04

@@ -1,8 +1,19 @@
-// Time of the picture. A sound, if there is one, leads: what is seen is where the sound is.
+// Time of the picture. A sound, if there is one, leads, whoever started, stopped or moved it.
 export class Clock {
-  constructor(duration, { loop = true, sound = null } = {}) {
-    Object.assign(this, { duration, loop, sound, time: 0, speed: 1, playing: false });
-    if (sound) sound.addEventListener("ended", () => this.finish());
+  constructor(duration, { loop = true, sound = null, onchange = () => {} } = {}) {
+    Object.assign(this, { duration, loop, sound, onchange, time: 0, speed: 1, playing: false });
+    if (sound) this.listen(sound);
+  }
+
+  listen(sound) {
+    const on = (name, change) => sound.addEventListener(name, () => { change(); this.onchange(); });
+    const here = () => { this.time = Math.min(sound.currentTime, this.duration); };
+    on("play", () => { this.playing = true; });
+    // a sound that comes to its end is paused first, and may begin again
+    on("pause", () => { if (!sound.ended) { this.playing = false; here(); } });
+    on("seeking", here);
+    on("ratechange", () => { this.speed = sound.playbackRate; });
+    on("ended", () => this.finish());
   }
 
   play() {

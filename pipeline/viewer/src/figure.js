@@ -66,6 +66,7 @@ export class Figure {
     this.factor = 1;
     this.centred = true;
     this.hiddenGroups = new Set();
+    this.pace = 1;
     this.addShapes(store);
     this.addSurfaces(store);
     if (told.muscles) this.addMuscles(store);
@@ -162,8 +163,15 @@ export class Figure {
     }
   }
 
+  // Its frames by the clock.
+  times() {
+    return Array.from(this.pose.time, (t) => t + this.told.delay);
+  }
+
+  // `time` of the clock; before its first frame and after its last one a torso stands still.
+  // `pace`: how much faster its own time goes.
   update(time) {
-    this.pose.update(time);
+    this.pose.update((time - this.told.delay) * this.pace);
     for (const [mesh, body] of this.rigid) mesh.matrix.copy(this.pose.matrices[body]);
     const { points } = this.pose;
     for (const [mesh, index] of this.soft) {

@@ -4,12 +4,18 @@ import { Clock } from "./clock.js";
 import { readScene } from "./data.js";
 import { el } from "./dom.js";
 import { Figure } from "./figure.js";
+import { follow } from "./listener.js";
+import { Pacer } from "./pacer.js";
 import { Panel } from "./panel.js";
 import { Plots } from "./plots.js";
 import { CAMERAS, Stage } from "./stage.js";
+import { Steps } from "./steps.js";
 import { TimeBar } from "./timebar.js";
 
 const FIRST_PRESET = "skeleton", FIRST_CAMERA = "oblique", GAP = 0.62, LONGEST_WAIT = 0.25, KEPT_UPDATES = 500;
+
+// A sound, if the page has one, begins with the clock and leads it.
+const findSound = () => document.getElementById("scene-sound");
 
 class Viewer {
   constructor(root, told) {
@@ -18,19 +24,17 @@ class Viewer {
     this.rows = told.layers;
     this.canvas = el("canvas", { tabIndex: 0, "aria-label": "Torso in three dimensions; drag to turn" });
     this.names = el("div", { className: "names" });
-    this.picture = el("div", { className: "picture" }, this.canvas, this.names);
+    this.titles = el("div", { className: "names titles" });
+    this.picture = el("div", { className: "picture" }, this.canvas, this.names, this.titles);
     this.stage = new Stage(this.canvas);
     this.figures = told.trajectories.map((one) => new Figure(one, this.rows, told.store));
     for (const figure of this.figures) this.stage.scene.add(figure.group);
-    const duration = Math.max(...this.figures.map((f) => f.pose.duration));
-    this.clock = new Clock(duration, { loop: told.loop, sound: this.sound() });
+    this.clock = new Clock(told.duration, {
+      loop: told.loop, sound: findSound(), onchange: () => { if (this.bar) this.refresh(); },
+    });
+    if (this.figures.length > 1) this.titles.append(...told.trajectories.map((one) => el("span", {}, one.name)));
     this.updates = [];
     this.build();
-  }
-
-  // A sound, if the page has one, begins with the first frame and leads the clock.
-  sound() {
-    return document.getElementById("scene-sound");
   }
 
   build() {
@@ -44,12 +48,39 @@ class Viewer {
     new ResizeObserver(() => this.resized()).observe(this.picture);
     this.stage.resize();
     this.preset(FIRST_PRESET);
-    this.look(FIRST_CAMERA);
+    this.camera = FIRST_CAMERA;
+    const pace = document.getElementById("pace");
+    if (this.told.steps && pace) {
+      this.steps = new Steps(pace, this.told.steps, this);
+      this.steps.choose(this.told.steps.length - 1);
+    } else this.look(FIRST_CAMERA);
     this.watch();
   }
 
+  // A step by itself, or the first beside it, at the pace of the step.
+  chose(k, beside) {
+    const { period } = this.told.steps[k];
+    this.figures.forEach((figure, i) => {
+      figure.group.visible = i === k || (beside && i === 0);
+      figure.pace = this.told.steps[i].period / period;
+    });
+    this.clock.duration = period;
+    this.clock.seek(0);
+    this.bar.renew();
+    this.look(this.camera);
+  }
+
+  get shown() {
+    return this.figures.filter((figure) => figure.group.visible);
+  }
+
+  // The one that the bar of time and the keys follow.
+  get lead() {
+    return this.steps ? this.figures[this.steps.chosen] : this.figures[0];
+  }
+
   get start() {
-    return this.told.trajectories[0].start;
+    return this.told.start;
   }
 
   each(change) {
@@ -72,12 +103,12 @@ class Viewer {
 
   look(name) {
     this.camera = name;
-    const { box } = this.stage, middle = (this.figures.length - 1) / 2;
+    const { box } = this.stage, { shown } = this, middle = (shown.length - 1) / 2;
     this.stage.look(name, (right) => {
-      this.figures.forEach((f, k) => f.group.position.copy(right).multiplyScalar((k - middle) * GAP));
-      for (const figure of this.figures) figure.update(this.clock.time);
+      shown.forEach((f, k) => f.group.position.copy(right).multiplyScalar((k - middle) * GAP));
+      for (const figure of shown) figure.update(this.clock.time);
       box.makeEmpty();
-      for (const figure of this.figures) {
+      for (const figure of shown) {
         figure.group.updateMatrixWorld(true);
         for (const [mesh] of figure.rigid) box.expandByObject(mesh);
         const { points } = figure.pose, at = new Vector3();
@@ -94,11 +125,9 @@ class Viewer {
 
   step(count) {
     this.clock.pause();
-    const { time } = this.figures[0].pose;
-    let frame = 0;
-    while (frame < time.length - 1 && time[frame + 1] <= this.clock.time + 1e-6) frame += 1;
-    const next = count < 0 && this.clock.time > time[frame] + 1e-6 ? frame : frame + count;
-    this.seek(time[(next + time.length) % time.length]);
+    const times = this.lead.times(), now = this.clock.time;
+    const [before, after] = [times.filter((t) => t < now - 1e-6), times.filter((t) => t > now + 1e-6)];
+    this.seek(count < 0 ? before.pop() ?? times.at(-1) : after[0] ?? times[0]);
   }
 
   toggle() {
@@ -129,16 +158,30 @@ class Viewer {
     this.refresh();
   }
 
+  // Where a point of the scene is seen, in the picture's pixels, and how deep.
+  seen(at) {
+    const { clientWidth: width, clientHeight: height } = this.picture, { x, y, z } = at.project(this.stage.camera);
+    return { x: (0.5 + x / 2) * width, y: (0.5 - y / 2) * height, z };
+  }
+
   placeNames() {
-    const { places, group } = this.figures[0], at = new Vector3();
+    const { places, group } = this.figures[0];
     if (!places) return;
-    const { clientWidth: width, clientHeight: height } = this.picture;
-    const middle = this.stage.controls.target.clone().project(this.stage.camera);
+    const middle = this.seen(this.stage.controls.target.clone());
     [...this.names.children].forEach((label, m) => {
-      at.fromArray(places, 3 * m).add(group.position).project(this.stage.camera);
+      const { x, y, z } = this.seen(new Vector3().fromArray(places, 3 * m).add(group.position));
       // what lies behind the middle of the torso has no name
-      label.hidden = at.z > middle.z;
-      label.style.transform = `translate(${(0.5 + at.x / 2) * width + 7}px, ${(0.5 - at.y / 2) * height - 8}px)`;
+      label.hidden = z > middle.z;
+      label.style.transform = `translate(${x + 7}px, ${y - 8}px)`;
+    });
+  }
+
+  placeTitles() {
+    [...this.titles.children].forEach((label, k) => {
+      const { position, visible } = this.figures[k].group;
+      const { x } = this.seen(new Vector3().copy(this.stage.controls.target).setX(0).setY(0).add(position));
+      label.hidden = !visible;
+      label.style.transform = `translate(calc(${x}px - 50%), .3rem)`;
     });
   }
 
@@ -154,21 +197,26 @@ class Viewer {
   }
 
   readings() {
-    const figure = this.figures[0];
-    const words = [`${(this.start + this.clock.time).toFixed(2)} s`];
-    figure.told.series.forEach((s, k) => words.push(`${s.name} ${figure.series(k).toFixed(s.digits)} ${s.unit}`));
-    if (figure.measured && this.panel.sliders.markers.value > 0) words.push(`error ${figure.error().toFixed(2)} mm`);
+    const words = [`${(this.start + this.clock.time).toFixed(2)} s`], several = this.figures.length > 1;
+    for (const figure of this.shown) {
+      const told = figure.told.series.slice(0, several ? 1 : undefined);
+      if (several) words.push(figure.told.name);
+      told.forEach((s, k) => words.push(`${s.name} ${figure.series(k).toFixed(s.digits)} ${s.unit}`));
+    }
+    const { measured } = this.figures[0];
+    if (measured && this.panel.sliders.markers.value > 0) words.push(`error ${this.figures[0].error().toFixed(2)} mm`);
     return words.join(" · ");
   }
 
   // The torso, the bar and the plots at the clock's time.
   move() {
     const began = performance.now();
-    for (const figure of this.figures) figure.update(this.clock.time);
+    for (const figure of this.shown) figure.update(this.clock.time);
     this.updates.push(performance.now() - began);
     if (this.updates.length > KEPT_UPDATES) this.updates.shift();
     this.bar.show(this.clock.time, this.clock.playing, this.readings());
     this.plots.show(this.start + this.clock.time);
+    if (this.steps) this.steps.show(this.clock.time, this.clock.playing);
     this.moved = false;
   }
 
@@ -176,6 +224,7 @@ class Viewer {
     if (this.moved) this.move();
     this.stage.render();
     this.placeNames();
+    this.placeTitles();
     this.stale = false;
     if (this.firstPicture === undefined) this.firstPicture = performance.now();
   }
@@ -197,17 +246,25 @@ class Viewer {
   }
 }
 
-function start() {
-  const root = document.getElementById("viewer"), told = root && readScene();
-  if (!told) return;
+function show(root, told) {
   try {
     window.pleuraViewer = new Viewer(root, told);
+    return true;
   } catch (error) {
     root.replaceChildren();
     const word = document.getElementById("no-webgl");
     if (word) word.hidden = false;
     if (!/webgl/i.test(String(error))) throw error;
+    return false;
   }
+}
+
+function start() {
+  const root = document.getElementById("viewer"), told = root && readScene(), sound = findSound();
+  if (told && show(root, told)) return;
+  const pace = document.getElementById("pace");
+  if (told?.steps && pace) window.pleuraPacer = new Pacer(pace, told);
+  else if (sound) follow(sound);
 }
 
 // plots and sound may stand below the script

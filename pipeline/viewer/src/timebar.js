@@ -22,32 +22,43 @@ export class TimeBar {
     this.node = el("div", { className: "timebar" },
       this.playButton, button("◀", "One frame back (←)", () => viewer.step(-1)),
       button("▶|", "One frame on (→)", () => viewer.step(1), { className: "forth" }),
-      el("div", { className: "track" }, this.curve(), this.slider),
+      this.track = el("div", { className: "track" }, this.curve(), this.slider),
       this.speed, el("label", { className: "loop" }, this.loop, " loop"), whole, this.told);
   }
 
+  // The lung's volume of every torso on one scale.
   curve() {
-    const { time } = this.viewer.figures[0].pose, series = this.viewer.figures[0].told.series[0];
-    const svg = document.createElementNS(SVG, "svg"), path = document.createElementNS(SVG, "path");
+    const svg = document.createElementNS(SVG, "svg");
     svg.setAttribute("viewBox", "0 0 1000 100");
     svg.setAttribute("preserveAspectRatio", "none");
     svg.setAttribute("aria-hidden", "true");
-    if (series) {
-      const low = Math.min(...series.values), high = Math.max(...series.values);
-      const places = series.values.map((v, k) => {
-        const x = (1000 * time[k]) / (this.viewer.clock.duration || 1), y = 94 - (88 * (v - low)) / (high - low || 1);
+    const drawn = this.viewer.shown.filter((f) => f.told.series.length);
+    const values = drawn.flatMap((f) => f.told.series[0].values);
+    const low = Math.min(...values), high = Math.max(...values);
+    for (const figure of drawn) {
+      const time = figure.times(), path = document.createElementNS(SVG, "path");
+      const places = figure.told.series[0].values.map((v, k) => {
+        const x = (1000 * time[k]) / figure.pace / (this.viewer.clock.duration || 1), y = 94 - (88 * (v - low)) / (high - low || 1);
         return `${x.toFixed(1)} ${y.toFixed(1)}`;
       });
       path.setAttribute("d", `M${places.join("L")}`);
+      if (svg.children.length) path.setAttribute("stroke-dasharray", "4 3");
       svg.append(path);
     }
     return svg;
+  }
+
+  // Another run of another length is shown.
+  renew() {
+    this.slider.max = this.viewer.clock.duration;
+    this.track.firstChild.replaceWith(this.curve());
   }
 
   show(time, playing, told) {
     this.slider.value = time;
     this.playButton.textContent = playing ? "❚❚" : "▶";
     this.playButton.setAttribute("aria-label", playing ? "Pause" : "Play");
+    this.speed.value = this.viewer.clock.speed;
     this.told.textContent = told;
   }
 }
