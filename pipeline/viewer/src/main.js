@@ -27,12 +27,14 @@ class Viewer {
     this.titles = el("div", { className: "names titles" });
     this.picture = el("div", { className: "picture" }, this.canvas, this.names, this.titles);
     this.stage = new Stage(this.canvas);
-    this.figures = told.trajectories.map((one) => new Figure(one, this.rows, told.store));
-    for (const figure of this.figures) this.stage.scene.add(figure.group);
+    this.built = [];
+    this.opacity = {};
+    const every = [...told.trajectories.keys()];
+    this.shown = (told.steps ? every.slice(-1) : every).map((k) => this.figure(k));
     this.clock = new Clock(told.duration, {
       loop: told.loop, sound: findSound(), onchange: () => { if (this.bar) this.refresh(); },
     });
-    if (this.figures.length > 1) this.titles.append(...told.trajectories.map((one) => el("span", {}, one.name)));
+    this.named();
     this.updates = [];
     this.build();
   }
@@ -57,26 +59,42 @@ class Viewer {
     this.watch();
   }
 
+  // A torso is built when it is first shown: a page of many opens as fast as a page of one.
+  figure(k) {
+    if (this.built[k]) return this.built[k];
+    const made = new Figure(this.told.trajectories[k], this.rows, this.told.store), [other] = this.figures;
+    if (other) Object.assign(made, { factor: other.factor, centred: other.centred, hiddenGroups: other.hiddenGroups });
+    for (const [layer, opacity] of Object.entries(this.opacity)) made.setOpacity(layer, opacity);
+    this.stage.scene.add(made.group);
+    this.built[k] = made;
+    return made;
+  }
+
+  get figures() {
+    return this.built.filter(Boolean);
+  }
+
+  named() {
+    const names = this.shown.length > 1 || this.told.steps ? this.shown.map((f) => f.told.name) : [];
+    this.titles.replaceChildren(...names.map((name) => el("span", {}, name)));
+  }
+
   // A step by itself, or the first beside it, at the pace of the step.
   chose(k, beside) {
-    const { period } = this.told.steps[k];
-    this.figures.forEach((figure, i) => {
-      figure.group.visible = i === k || (beside && i === 0);
-      figure.pace = this.told.steps[i].period / period;
-    });
+    const { steps } = this.told, { period } = steps[k], numbers = beside ? [0, k] : [k];
+    this.shown = numbers.map((i) => this.figure(i));
+    numbers.forEach((i, n) => { this.shown[n].pace = steps[i].period / period; });
+    for (const figure of this.figures) figure.group.visible = this.shown.includes(figure);
+    this.named();
     this.clock.duration = period;
     this.clock.seek(0);
     this.bar.renew();
     this.look(this.camera);
   }
 
-  get shown() {
-    return this.figures.filter((figure) => figure.group.visible);
-  }
-
   // The one that the bar of time and the keys follow.
   get lead() {
-    return this.steps ? this.figures[this.steps.chosen] : this.figures[0];
+    return this.told.steps ? this.shown.at(-1) : this.shown[0];
   }
 
   get start() {
@@ -89,6 +107,7 @@ class Viewer {
   }
 
   setOpacity(layer, opacity) {
+    this.opacity[layer] = opacity;
     for (const figure of this.figures) figure.setOpacity(layer, opacity);
     this.refresh();
   }
@@ -165,7 +184,7 @@ class Viewer {
   }
 
   placeNames() {
-    const { places, group } = this.figures[0];
+    const { places, group } = this.lead;
     if (!places) return;
     const middle = this.seen(this.stage.controls.target.clone());
     [...this.names.children].forEach((label, m) => {
@@ -178,9 +197,8 @@ class Viewer {
 
   placeTitles() {
     [...this.titles.children].forEach((label, k) => {
-      const { position, visible } = this.figures[k].group;
+      const { position } = this.shown[k].group;
       const { x } = this.seen(new Vector3().copy(this.stage.controls.target).setX(0).setY(0).add(position));
-      label.hidden = !visible;
       label.style.transform = `translate(calc(${x}px - 50%), .3rem)`;
     });
   }
@@ -197,14 +215,14 @@ class Viewer {
   }
 
   readings() {
-    const words = [`${(this.start + this.clock.time).toFixed(2)} s`], several = this.figures.length > 1;
+    const words = [`${(this.start + this.clock.time).toFixed(2)} s`], several = this.titles.children.length > 0;
     for (const figure of this.shown) {
       const told = figure.told.series.slice(0, several ? 1 : undefined);
       if (several) words.push(figure.told.name);
       told.forEach((s, k) => words.push(`${s.name} ${figure.series(k).toFixed(s.digits)} ${s.unit}`));
     }
-    const { measured } = this.figures[0];
-    if (measured && this.panel.sliders.markers.value > 0) words.push(`error ${this.figures[0].error().toFixed(2)} mm`);
+    const { lead } = this;
+    if (lead.measured && this.panel.sliders.markers.value > 0) words.push(`error ${lead.error().toFixed(2)} mm`);
     return words.join(" · ");
   }
 
