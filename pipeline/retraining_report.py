@@ -39,8 +39,8 @@ COLUMNS = (
     ("belly_share", "belly"),
     ("asked_belly_share", "asked"),
     ("alveolar_ventilation_l_min", "air to the alveoli (L/min)"),
-    *((group, page.words(group)) for group in page.GROUPS),
 )
+LEVELS = (("name", "step"), *((group, page.words(group)) for group in page.GROUPS))
 DIGITS = {"alveolar_ventilation_l_min": 2, "rate_per_min": 3, "inspiration_s": 2, "expiration_s": 2}
 FACTS = (
     "Each step is the second of two breaths from rest, repeated.",
@@ -59,7 +59,7 @@ def _rows(steps: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
             "name": step_name(step["step"]),
             **{
                 key: page.number(step[key], DIGITS.get(key, 2))
-                for key, _ in COLUMNS
+                for key, _ in (*COLUMNS, *LEVELS)
                 if key != "name"
             },
         }
@@ -132,6 +132,7 @@ def context(folder: Path) -> dict[str, Any]:
         "viewer": _viewer(folder, steps) if good else None,
         "rows": _rows(steps),
         "columns": COLUMNS,
+        "level_columns": LEVELS,
         "target": [(tables.heading(key), value) for key, value in record.get("target", {}).items()],
         "drawing": page.inline_svg(folder / DRAWING),
         "run_facts": run_facts,

@@ -57,7 +57,7 @@ def test_result_table_and_pace_are_told(page):
     html = page.read_text(encoding="utf-8")
     assert "From 30 to 15 breaths a minute and from 45 to 65 % of the breath by the belly" in html
     assert '<p class="result good">' in html and "It is no treatment" in html
-    assert html.count("<td>own breath</td>") == html.count("<td>step 1</td>") == 1
+    assert html.count("<td>own breath</td>") == html.count("<td>step 1</td>") == 2
     assert "step 1 is &lt;odd&gt;" in html.lower() and "<odd>" not in html
     assert len(html) < MOST_BYTES
 

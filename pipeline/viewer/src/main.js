@@ -4,6 +4,7 @@ import { Clock } from "./clock.js";
 import { readScene } from "./data.js";
 import { el } from "./dom.js";
 import { Figure } from "./figure.js";
+import { Labels } from "./labels.js";
 import { follow } from "./listener.js";
 import { Pacer } from "./pacer.js";
 import { Panel } from "./panel.js";
@@ -23,10 +24,9 @@ class Viewer {
     this.told = told;
     this.rows = told.layers;
     this.canvas = el("canvas", { tabIndex: 0, "aria-label": "Torso in three dimensions; drag to turn" });
-    this.names = el("div", { className: "names" });
-    this.titles = el("div", { className: "names titles" });
-    this.picture = el("div", { className: "picture" }, this.canvas, this.names, this.titles);
+    this.picture = el("div", { className: "picture" }, this.canvas);
     this.stage = new Stage(this.canvas);
+    this.labels = new Labels(this.picture, this.stage);
     this.built = [];
     this.opacity = {};
     const every = [...told.trajectories.keys()];
@@ -34,7 +34,7 @@ class Viewer {
     this.clock = new Clock(told.duration, {
       loop: told.loop, sound: findSound(), onchange: () => { if (this.bar) this.refresh(); },
     });
-    this.named();
+    this.labels.titles(this.titled());
     this.updates = [];
     this.build();
   }
@@ -74,9 +74,8 @@ class Viewer {
     return this.built.filter(Boolean);
   }
 
-  named() {
-    const names = this.shown.length > 1 || this.told.steps ? this.shown.map((f) => f.told.name) : [];
-    this.titles.replaceChildren(...names.map((name) => el("span", {}, name)));
+  titled() {
+    return this.shown.length > 1 || this.told.steps ? this.shown.map((figure) => figure.told.name) : [];
   }
 
   // A step by itself, or the first beside it, at the pace of the step.
@@ -85,7 +84,7 @@ class Viewer {
     this.shown = numbers.map((i) => this.figure(i));
     numbers.forEach((i, n) => { this.shown[n].pace = steps[i].period / period; });
     for (const figure of this.figures) figure.group.visible = this.shown.includes(figure);
-    this.named();
+    this.labels.titles(this.titled());
     this.clock.duration = period;
     this.clock.seek(0);
     this.bar.renew();
@@ -172,35 +171,8 @@ class Viewer {
   }
 
   showNames(shown) {
-    const names = shown ? this.told.trajectories[0].markers.names : [];
-    this.names.replaceChildren(...names.map((name) => el("span", {}, name)));
+    this.labels.names(shown ? this.told.trajectories[0].markers.names : []);
     this.refresh();
-  }
-
-  // Where a point of the scene is seen, in the picture's pixels, and how deep.
-  seen(at) {
-    const { clientWidth: width, clientHeight: height } = this.picture, { x, y, z } = at.project(this.stage.camera);
-    return { x: (0.5 + x / 2) * width, y: (0.5 - y / 2) * height, z };
-  }
-
-  placeNames() {
-    const { places, group } = this.lead;
-    if (!places) return;
-    const middle = this.seen(this.stage.controls.target.clone());
-    [...this.names.children].forEach((label, m) => {
-      const { x, y, z } = this.seen(new Vector3().fromArray(places, 3 * m).add(group.position));
-      // what lies behind the middle of the torso has no name
-      label.hidden = z > middle.z;
-      label.style.transform = `translate(${x + 7}px, ${y - 8}px)`;
-    });
-  }
-
-  placeTitles() {
-    [...this.titles.children].forEach((label, k) => {
-      const { position } = this.shown[k].group;
-      const { x } = this.seen(new Vector3().copy(this.stage.controls.target).setX(0).setY(0).add(position));
-      label.style.transform = `translate(calc(${x}px - 50%), .3rem)`;
-    });
   }
 
   refresh() {
@@ -215,7 +187,7 @@ class Viewer {
   }
 
   readings() {
-    const words = [`${(this.start + this.clock.time).toFixed(2)} s`], several = this.titles.children.length > 0;
+    const words = [`${(this.start + this.clock.time).toFixed(2)} s`], several = this.titled().length > 0;
     for (const figure of this.shown) {
       const told = figure.told.series.slice(0, several ? 1 : undefined);
       if (several) words.push(figure.told.name);
@@ -241,8 +213,7 @@ class Viewer {
   draw() {
     if (this.moved) this.move();
     this.stage.render();
-    this.placeNames();
-    this.placeTitles();
+    this.labels.place(this.shown, this.lead);
     this.stale = false;
     if (this.firstPicture === undefined) this.firstPicture = performance.now();
   }
