@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.physics.compiled import compiled, inner
+from sim.physics.compiled import compiled
 from sim.physics.plant import Muscles
 from sim.physics.types import Floats
 from sim.physics.work import Lines
 
 
-@inner
+@compiled
 def keep_lines(
     x: Floats, muscles: Muscles, inertia: Floats, along: Floats, across: Floats, lines: Lines
 ) -> None:

@@ -1,0 +1,71 @@
+"""When the step's matrix is too old, and what the diaphragm may touch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.model.skeleton import spine_bodies
+from sim.physics.contact import cross_sheet
+from sim.physics.turning import keep_lines, loosest
+from sim.physics.work import make_work
+from sim.resting import RestingTorso
+
+ALONG, ACROSS = 1.5, 0.02
+
+
+def turned(resting: RestingTorso, angle: float) -> tuple[float, float]:
+    """What `loosest` says after all points turned by an angle about Y, and what it should say."""
+    plant, x = resting.torso.plant, np.ascontiguousarray(resting.upright.points)
+    work, n = make_work(plant), len(plant.muscles.a)
+    along, across = np.full(n, ALONG), np.full(n, ACROSS)
+    keep_lines(x, plant.muscles, plant.particle_inertia, along, across, work.lines)
+    c, s = np.cos(angle), np.sin(angle)
+    there = np.ascontiguousarray(x @ np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]]))
+    cosine = (work.lines.direction * (there[plant.muscles.b] - there[plant.muscles.a])).sum(axis=1)
+    cosine /= np.linalg.norm(there[plant.muscles.b] - there[plant.muscles.a], axis=1)
+    return loosest(there, plant.muscles, work.lines), float(
+        (work.lines.grip * (1.0 - cosine**2)).max()
+    )
+
+
+def test_a_fibre_that_has_not_turned_is_held(resting: RestingTorso) -> None:
+    assert turned(resting, 0.0)[0] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.02, 0.1, 0.5])
+def test_hold_is_lost_with_the_square_of_the_sine(resting: RestingTorso, angle: float) -> None:
+    plant = resting.torso.plant
+    found, direct = turned(resting, angle)
+    assert found == pytest.approx(direct)
+    # fibres of the flanks lie in the plane of the turn: they feel all of it
+    lightest = ALONG / (plant.particle_inertia.min() + ACROSS)
+    assert 0.9 * np.sin(angle) ** 2 * lightest < found <= np.sin(angle) ** 2 * lightest * (1 + 1e-9)
+
+
+def test_elements_between_bones_are_not_asked(resting: RestingTorso) -> None:
+    plant = resting.torso.plant
+    work, n = make_work(plant), len(plant.muscles.a)
+    x = np.ascontiguousarray(resting.upright.points)
+    keep_lines(
+        x, plant.muscles, plant.particle_inertia, np.full(n, ALONG), np.full(n, ACROSS), work.lines
+    )
+    bones = np.maximum(plant.muscles.a, plant.muscles.b) < resting.torso.n_bound
+    assert bones.any() and (work.lines.grip[bones] == 0.0).all()
+    assert (work.lines.grip[~bones] > 0.0).all()
+
+
+def test_the_diaphragm_does_not_touch_vertebrae(resting: RestingTorso) -> None:
+    torso = resting.torso
+    spine = spine_bodies(torso.skeleton.body)
+    faces = torso.plant.contacts.face
+    assert not np.isin(torso.plant.point_body[faces], sorted(spine)).all(axis=1).any()
+    assert len(torso.plant.chest_faces) - torso.n_dome > len(faces)
+
+
+def test_a_face_behind_the_axis_is_not_seen() -> None:
+    x = np.array([[-0.1, -0.1, -0.1], [-0.1, 0.1, -0.1], [-0.1, 0.0, 0.2], [0.05, 0.0, 0.0]])
+    weight, normal = np.zeros(3), np.zeros(3)
+    for face in ([0, 1, 2], [0, 2, 1]):
+        one = np.array([face], dtype=np.int64)
+        assert cross_sheet(x, one, 0, 3, 0.0, weight, normal)[1] < -1.0
