@@ -76,6 +76,7 @@ def _nothing(job: Job) -> Exception:
 
     return InputError(
         f"{job.name}: the fitted torso hardly breathes, so there is no breath to begin with."
+        f" Look at its fit first: reports/{job.name}.html."
     )
 
 

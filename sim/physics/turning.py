@@ -3,7 +3,9 @@
 Force against speed makes a contracting fibre resist lengthening a hundred times as hard as its
 particles resist by their mass. The matrix knows that along the line it was built at. Turned by an
 angle t from there, a share sin^2 t of the resistance acts across that line, where the matrix holds
-little more than mass; past a third of what it holds the step is no longer stable.
+little more than mass. The step is stable while the true matrix is at most 4/3 of the one it
+solves. `engine.LOOSE` is twice that third less a margin: a share is taken of what one element and
+its lighter particle hold, and a particle within a fibre is held by two elements.
 """
 
 from __future__ import annotations
