@@ -16,6 +16,9 @@ from sim.model.torso import Torso
 from sim.physics.surface import enclosed_volume
 from sim.physics.types import Floats, Ints
 from sim.resting import RestingTorso
+from sim.skin.bound import BoundSkin
+from sim.skin.dress import dress
+from sim.skin.frame import RestPose, bone_marks
 from sim.simulate import Poses, Trajectory, default_lung, replay
 
 FREE = 6
@@ -76,6 +79,8 @@ class Motion:
     pressures : "lung" (alveolar), "pleural", "abdomen" (below the dome), (n_frames,) each, Pa
     tissue_volume : m^3, of the chest cavity that is not gas in the lung; not a number with the
         one-way lung, beside which there is gas
+    rest : the upright torso at rest, over which a human skin is laid; or none
+    skin : a human skin bound to bones and abdomen; or none
     """
 
     time: Floats
@@ -92,6 +97,8 @@ class Motion:
     volumes: dict[str, Floats]
     pressures: dict[str, Floats]
     tissue_volume: float
+    rest: RestPose | None = None
+    skin: BoundSkin | None = None
 
     def frames(self, start: int, stop: int, every: int = 1) -> Motion:
         """Frames from `start` to before `stop`, each or each second, third ..., as views."""
@@ -220,18 +227,68 @@ def motion(resting: RestingTorso, trajectory: Trajectory, *, posture: str) -> Mo
             "abdomen": trajectory.abdominal,
         },
         tissue_volume=tissue,
+        rest=rest_pose(resting),
     )
 
 
-def still_motion(resting: RestingTorso, state: engine.State, posture: str) -> Motion:
-    """A state as a motion of one frame; its pressures are not known (not a number)."""
+def _still(resting: RestingTorso, state: engine.State) -> Trajectory:
+    """A state as a run of one frame; its pressures are not known (not a number)."""
     nothing = np.full(1, np.nan)
-    still = Trajectory(
+    return Trajectory(
         time=np.zeros(1), qpos=state.qpos[None], soft=state.soft[None], lung=nothing,
         chest=nothing, abdomen=nothing, alveolar=nothing, pleural=nothing, abdominal=nothing,
         flow=nothing, tension=np.zeros((0, 0)), lung_model=default_lung(resting.torso),
     )  # fmt: skip
-    return motion(resting, still, posture=posture)
+
+
+def rest_pose(resting: RestingTorso) -> RestPose:
+    """The upright torso at rest, as a skin sees it."""
+    torso = resting.torso
+    everything = np.arange(torso.n_bound + torso.n_particles)
+    poses = replay(resting, _still(resting, resting.upright.state), everything)
+    used = np.unique(torso.plant.abdomen_faces)
+    dome = np.unique(torso.plant.abdomen_faces[-torso.n_dome :])
+    free = (used >= torso.n_bound) & ~np.isin(used, dome)
+    turned = Rotation.from_matrix(poses.rotation[0]).as_quat(scalar_first=True)
+    return RestPose(
+        subject=torso.subject,
+        bodies=_carried(resting)[0],
+        position=poses.position[0],
+        quaternion=turned,
+        abdomen=poses.points[0, used],
+        wall=np.flatnonzero(free),
+        marks=bone_marks(torso.anatomy),
+    )
+
+
+def belly_faces(motion: Motion) -> Ints:
+    """Faces (m, 3) of the abdomen without those of the diaphragm."""
+    return motion.soft["abdomen"].faces[: -len(motion.soft["diaphragm"].faces)]
+
+
+def dressed(motion: Motion, skin: BoundSkin | None = None) -> Motion:
+    """A motion with a human skin: the one given, its own, or the usual one of its subject.
+
+    One without a rest pose, as older files have none, stays as it is.
+    """
+    if skin is None and motion.skin is None and motion.rest is not None:
+        skin = dress(motion.rest, motion.shapes, belly_faces(motion))
+    return motion if skin is None else replace(motion, skin=skin)
+
+
+def skin_surface(motion: Motion) -> Soft:
+    """The skin in every frame: the human one, or without it the outer tube of the model."""
+    if motion.skin is None:
+        return motion.soft["skin"]
+    places = motion.skin.places(
+        motion.position, motion.quaternion, motion.soft["abdomen"].vertices
+    )
+    return Soft(vertices=places, faces=motion.skin.faces)
+
+
+def still_motion(resting: RestingTorso, state: engine.State, posture: str) -> Motion:
+    """A state as a motion of one frame; its pressures are not known (not a number)."""
+    return motion(resting, _still(resting, state), posture=posture)
 
 
 def rest_motion(resting: RestingTorso, posture: str) -> Motion:

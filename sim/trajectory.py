@@ -10,8 +10,9 @@ import numpy as np
 
 from sim.errors import InputError
 from sim.model.bone_shapes import Shape
-from sim.motion import Elements, Motion, Soft
+from sim.motion import Elements, Motion, Soft, dressed
 from sim.physics.types import Floats
+from sim.skin.storage import put_rest, put_skin, take_rest, take_skin
 from sim.writing import whole_file
 
 AXES = "X anterior, Y left, Z up of the body, in every posture"
@@ -57,6 +58,10 @@ def _fill(file: h5py.File, motion: Motion) -> None:
     file["volumes/lung"].attrs["tissue_volume"] = motion.tissue_volume
     for name, pressure in motion.pressures.items():
         _put(file, f"pressures/{name}", pressure, "Pa")
+    if motion.rest is not None:
+        put_rest(file, motion.rest)
+    if motion.skin is not None:
+        put_skin(file, motion.skin)
 
 
 def save_motion(path: Path, motion: Motion, about: Mapping[str, str | int]) -> None:
@@ -66,6 +71,7 @@ def save_motion(path: Path, motion: Motion, about: Mapping[str, str | int]) -> N
     ----------
     about : attributes of the file: version, seed, style, subject, posture
     """
+    motion = dressed(motion)
     with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
         file.attrs.update(about)
         file.attrs["axes"] = AXES
@@ -91,6 +97,7 @@ def _shape(group: h5py.Group) -> Shape:
 
 def _take(file: h5py.File) -> Motion:
     elements = None
+    rest = take_rest(file) if "rest" in file else None
     if "elements" in file:
         elements = Elements(
             group=_names(file, "elements/group"),
@@ -113,6 +120,8 @@ def _take(file: h5py.File) -> Motion:
         volumes=_values(file["volumes"]),
         pressures=_values(file["pressures"]),
         tissue_volume=float(file["volumes/lung"].attrs["tissue_volume"]),
+        rest=rest,
+        skin=take_skin(file, rest) if rest is not None and "human_skin" in file else None,
     )  # fmt: skip
 
 
