@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline import configuration, places
+from pipeline.skin_words import METHODS, UNITS, UPS
 from sim.errors import TorsoError
 
 STAGE_HELP = {
@@ -34,6 +35,21 @@ PAGE_HELP = {
 def _add_study(parser: argparse.ArgumentParser) -> None:
     for table in configuration.TABLES:
         parser.add_argument(f"--{table}", metavar="TABLE", help=f"instead of config/{table}.tsv")
+
+
+def _add_skin(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("trajectory", type=Path, metavar="TRAJECTORY.h5")
+    add("--out", type=Path, metavar="OUT.h5", help="write the trajectory with the skin")
+    add("--binding", type=Path, metavar="TABLE.csv", help="write the binding, to be edited")
+    add("--use", type=Path, metavar="TABLE.csv", help="take an edited binding")
+    add("--method", choices=METHODS, help="of binding; nearest is the published one")
+    add("--age-years", type=float, metavar="YEARS", help="of the human skin")
+    add("--fat-mm", type=float, metavar="MM", help="least layer over the belly's wall")
+    add("--mesh", type=Path, metavar="MESH.obj|MESH.glb", help="a mesh of one's own as the skin")
+    add("--landmarks", type=Path, metavar="TABLE.csv", help="places on the mesh: landmark,x,y,z")
+    add("--unit", choices=tuple(UNITS), default="m", help="of the mesh")
+    add("--up", choices=tuple(UPS), default="y", help="axis of the mesh")
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -77,6 +93,7 @@ def _parser() -> argparse.ArgumentParser:
     export = commands.add_parser("export", help="write a trajectory for another tool")
     export.add_argument("trajectory", type=Path, metavar="TRAJECTORY.h5")
     export.add_argument("--to", type=Path, required=True, metavar="OUT.glb|OUT.c3d|OUT.bvh")
+    _add_skin(commands.add_parser("skin", help="another skin on a trajectory, or its binding"))
     commands.add_parser("simulate", help="let the torso breathe by itself", add_help=False)
     commands.add_parser("version", help="print the version")
     return parser
@@ -229,6 +246,14 @@ def _export(options: argparse.Namespace) -> int:
     return 0
 
 
+def _skin(options: argparse.Namespace) -> int:
+    from pipeline.skin_command import SkinTask, run_skin
+
+    given = {key: value for key, value in vars(options).items() if key != "command"}
+    print("\n".join(run_skin(SkinTask(**given))), flush=True)
+    return 0
+
+
 def _version(options: argparse.Namespace) -> int:
     code = places.fingerprint(places.PACKAGE.parent)
     print(f"pleura {places.version()} (code {code}, in {places.PACKAGE.parent})")
@@ -245,7 +270,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return int(simulate(words[1:]))
         options = _parser().parse_args(words)
         actions = {"check": _check, "new": _new, "version": _version, "report": _report}
-        actions |= {"view": _view, "export": _export, "index": _index}
+        actions |= {"view": _view, "export": _export, "index": _index, "skin": _skin}
         actions |= {"retraining_report": _retraining_report}
         actions |= {"validate": _validate, "physiology": _physiology}
         actions |= {"reproduce": _reproduce, "papers": _papers}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ from pipeline.c3d import write_c3d
 from pipeline.glb import glb_bytes
 from pipeline.records import write_bytes, write_text
 from sim.errors import InputError
-from sim.motion import Motion
+from sim.motion import Motion, skin_surface
 from sim.trajectory import load_motion
 
 MM = 1e3
@@ -50,6 +51,7 @@ def export(trajectory: Path, out: Path) -> str:
     if write is None:
         raise InputError(f"{out}: unknown ending. Use one of {', '.join(FORMATS)}.")
     motion, about = load_motion(trajectory)
+    motion = replace(motion, soft=motion.soft | {"skin": skin_surface(motion)})
     try:
         told = write(motion, about, out)
     except OSError as error:

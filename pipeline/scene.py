@@ -9,14 +9,15 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pipeline.packing import Packer, quantise
 from pipeline.point_pool import PointPool
+from pipeline.skin_packing import pack_skin
 from sim.errors import InputError
 from sim.motion import Elements, Motion
 from sim.units import CUBIC_METRE_PER_LITRE, PASCAL_PER_CMH2O
@@ -29,6 +30,7 @@ LEAST_RATE = 12.0
 """Hz; fewer pictures a second are no motion."""
 STEPS = 255
 MM = 1e3
+SKIN = "skin"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -93,8 +95,16 @@ def _places(packer: Packer, values: np.ndarray) -> tuple[dict[str, Any], float]:
     return small.put(packer, differences=True), float(error)
 
 
-def _bodies(packer: Packer, motion: Motion) -> tuple[dict[str, Any], float]:
-    """Add bodies and their shapes; the error is that of a shape's farthest vertex."""
+class BodyErrors(NamedTuple):
+    """Largest errors of places, m, of the numbers of turns, and of a shape's vertex, m."""
+
+    moved: float
+    turned: float
+    shape: float
+
+
+def _bodies(packer: Packer, motion: Motion) -> tuple[dict[str, Any], BodyErrors]:
+    """Add bodies and their shapes."""
     quaternion = motion.quaternion.copy()
     for frame in range(1, len(quaternion)):
         # q and -q turn alike; neighbours on one side can be interpolated and deflate well
@@ -118,7 +128,7 @@ def _bodies(packer: Packer, motion: Motion) -> tuple[dict[str, Any], float]:
     # a quaternion's error of e turns by at most about 4 e
     error = moved + np.sqrt(3) * shifted + 4.0 * turned * far
     places = {"position": position, "quaternion": turn.put(packer, differences=True)}
-    return places | {"shapes": shapes}, error
+    return places | {"shapes": shapes}, BodyErrors(moved, turned, error)
 
 
 def _most_tension(motions: Iterable[Motion]) -> float:
@@ -155,10 +165,13 @@ def _series(motion: Motion) -> list[dict[str, Any]]:
 def _trajectory(
     packer: Packer, name: str, motion: Motion, most: float
 ) -> tuple[dict[str, Any], float]:
-    bodies, moved = _bodies(packer, motion)
+    bodies, wrong = _bodies(packer, motion)
+    human = motion.skin
+    if human is not None:
+        motion = replace(motion, soft={k: s for k, s in motion.soft.items() if k != SKIN})
     pool = PointPool(motion, TOLERANCE)
     # riders are off by their own error and by that of the body that carries them
-    errors = [moved + pool.error]
+    errors = [wrong.shape + pool.error]
     out: dict[str, Any] = {
         "name": name,
         "time": [round(t, 4) for t in (motion.time - motion.time[0]).tolist()],
@@ -174,6 +187,14 @@ def _trajectory(
         ],
         "series": _series(motion),
     }
+    if human is not None:
+        abdomen = pool.index(list(motion.soft).index("abdomen"))
+        skin, error = pack_skin(
+            packer, human, abdomen, moved=wrong.moved, turned=wrong.turned, soft=errors[0]
+        )
+        faces = packer.add(human.faces.astype(np.uint16))
+        out["surfaces"].append({"layer": SKIN, "faces": faces, "skin": skin})
+        errors.append(error)
     if motion.elements is not None:
         out["muscles"] = _muscles(packer, motion.elements, pool.index(len(motion.soft)), most)
     simulated, error = _places(packer, motion.markers)

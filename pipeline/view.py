@@ -79,8 +79,23 @@ def _sentences(scene: Scene, motion: Motion, several: bool) -> tuple[str, ...]:
         told.append(f"{scene.rate:.0f} frames a second are stored{fewer}, straight between them.")
     if several:
         told.append("A run that is shorter stands still after its end.")
-    told.append("The skin is the outside of the simulated torso: no neck, no arms.")
+    told.append(skin_sentence(motion))
     return tuple(told)
+
+
+def skin_sentence(motion: Motion) -> str:
+    """Say what the skin is."""
+    if motion.skin is None:
+        return "The skin is the outside of the simulated torso: this file has no human skin."
+    about = motion.skin.about
+    if about.get("made_from") == "human":
+        size = motion.skin.rest.subject
+        who = "woman" if size.sex == "female" else "man"
+        return (
+            f"The skin is that of a {who} of {size.stature:.2f} m, {size.mass:.0f} kg and"
+            f" {float(about['age_years']):.0f} years, bound to bones and belly; no force acts on it."
+        )
+    return "The skin is a mesh of one's own, bound to bones and belly; no force acts on it."
 
 
 def _fullest(motion: Motion) -> int:

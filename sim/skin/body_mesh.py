@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -159,9 +159,21 @@ def _stature(sex: int, age: float, build: Build) -> float:
     return float(tall([[age, build.muscle, build.weight]])[0])
 
 
-def body_mesh(person: Person) -> BodyMesh:
-    """The skin of a person, as tall as given and of as much of the mass as the sliders reach."""
-    arrays, build = skin_arrays(), find_build(person)
+def average_build(person: Person) -> Build:
+    """What a person of this sex, age and stature looks like on average."""
+    p = skin_parameters()
+    arrays, sex = skin_arrays(), SEXES.index(person.subject.sex)
+    build = Build(muscle=0.5, weight=0.5, layer=0.0, mass=np.nan)
+    age = age_slider(person.age)
+    nodes = (arrays["whole/ages"], arrays["whole/build"], arrays["whole/build"])
+    volume = float(RegularGridInterpolator(nodes, arrays["whole/volume"][sex])([[age, 0.5, 0.5]])[0])
+    grown = person.subject.stature / _stature(sex, age, build)
+    return replace(build, mass=p["body_density"] * volume * grown**3)
+
+
+def body_mesh(person: Person, build: Build) -> BodyMesh:
+    """The skin of a person of a build, as tall as given; `Build.layer` is not laid on yet."""
+    arrays = skin_arrays()
     sex, age = SEXES.index(person.subject.sex), age_slider(person.age)
     levels = _levels(sex, age, build) * arrays["shape/scale"]
     half = arrays["shape/mean"] + np.tensordot(levels, arrays["shape/components"], axes=1)

@@ -9,7 +9,14 @@ import numpy as np
 from sim.model.bone_shapes import Shape
 from sim.physics.types import Floats, Ints
 from sim.skin.binding import METHODS, SMOOTH
-from sim.skin.body_mesh import Person, body_mesh, skin_parameters, usual_age
+from sim.skin.body_mesh import (
+    Person,
+    average_build,
+    body_mesh,
+    find_build,
+    skin_parameters,
+    usual_age,
+)
 from sim.skin.bound import BoundSkin
 from sim.skin.frame import RestPose, underneath
 from sim.skin.place import place_skin
@@ -38,8 +45,9 @@ def dress(
     """
     years = usual_age(rest.subject) if age is None else age
     layer = skin_parameters()["fat_layer"] if fat_layer is None else fat_layer
-    mesh = body_mesh(Person(subject=rest.subject, age=years))
-    vertices = place_skin(mesh, rest, underneath(rest, shapes), fat_layer=layer)
+    person = Person(subject=rest.subject, age=years)
+    mesh, average = (body_mesh(person, b) for b in (find_build(person), average_build(person)))
+    vertices = place_skin(mesh, average, rest, underneath(rest, shapes), fat_layer=layer)
     about: dict[str, str | float] = {
         "made_from": "human", "method": method, "age_years": years, "fat_layer": layer,
         "muscle": mesh.build.muscle, "weight": mesh.build.weight, "mass_kg": mesh.build.mass,

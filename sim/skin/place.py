@@ -6,6 +6,8 @@ out wherever a bone or the muscular wall would lie less deep than the layers of 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.interpolate import RBFInterpolator
 from scipy.spatial.transform import Rotation
@@ -33,13 +35,13 @@ def layer_of(part: str, fat_layer: float) -> float:
     raise KeyError(part)
 
 
-def bone_targets(marks: dict[str, Floats], crotch_drop: float) -> dict[str, Floats]:
+def bone_targets(marks: dict[str, Floats], stature: float) -> dict[str, Floats]:
     """Where the bones put landmarks of the midline, (3,) m each; X of the crotch is not known.
 
     Parameters
     ----------
     marks : of `RestPose`
-    crotch_drop : m, crotch below the jugular notch
+    stature : m
     """
     p = skin_parameters()
     over = {
@@ -48,7 +50,7 @@ def bone_targets(marks: dict[str, Floats], crotch_drop: float) -> dict[str, Floa
     } | dict.fromkeys(("t3", "t8", "t12", "l4"), -p["back_skin"])  # fmt: skip
     out = {name: marks[name] + [ahead, 0.0, 0.0] for name, ahead in over.items()}
     out["sacrum"] = out.pop("s1")
-    out["crotch"] = np.array([np.nan, 0.0, marks["notch"][2] - crotch_drop])
+    out["crotch"] = np.array([np.nan, 0.0, marks["pubis"][2] - p["crotch_share"] * stature])
     return out
 
 
@@ -108,23 +110,22 @@ def _flanks(
 
 
 def _targets(
-    mesh: BodyMesh, marks: dict[str, Floats], skull: Floats, sizes: dict[str, float]
+    mesh: BodyMesh, rest: RestPose, skull: Floats
 ) -> tuple[Floats, Floats]:
-    """Landmarks of the mesh (k, 3) and where they go (k, 3), m."""
-    at = mesh.landmarks
-    crotch_drop = sizes["jugular_notch_height"] - sizes["crotch_height"]
-    to = bone_targets(marks, crotch_drop)
+    """Landmarks of a mesh of average build (k, 3) and where they go (k, 3), m."""
+    at, marks, subject = mesh.landmarks, rest.marks, rest.subject
+    to = bone_targets(marks, subject.stature)
     hips = 0.5 * (to["pubis"] - at["pubis"] + to["sacrum"] - at["sacrum"])
     to["crotch"][0] = at["crotch"][0] + hips[0]
-    # the belly stays as far before the line from sternum to pubis as the mass makes it
+    # the belly stays as far before the line from sternum to pubis as the mesh has it
     down = (at["xiphoid"][2] - at["navel"][2]) / (at["xiphoid"][2] - at["pubis"][2])
     ahead = [(to[name] - at[name])[0] for name in ("xiphoid", "pubis")]
     navel = at["navel"] + [(1 - down) * ahead[0] + down * ahead[1], 0.0, 0.0]
     to["navel"] = np.array([navel[0], 0.0, marks["navel"][2]])
     to |= head_targets(at, skull)
     source = dict(at) | {"temple_right": at["temple_left"] * MIRROR}
-    grown = sizes if mesh.grown else {}
-    flanks = _flanks(mesh, to, grown)
+    sizes = body_size(replace(subject, mass=mesh.build.mass)) if mesh.grown else {}
+    flanks = _flanks(mesh, to, sizes)
     for side, letter in ((1.0, "l"), (-1.0, "r")):
         turn = np.array([1.0, side, 1.0])
         shoulder, elbow = at["shoulder"] * turn, at["elbow"] * turn
@@ -173,15 +174,17 @@ def lowered_arms(vertices: Floats, mesh: BodyMesh, shoulder: Floats) -> Floats:
 
 
 def place_skin(
-    mesh: BodyMesh, rest: RestPose, under: Underneath, *, fat_layer: float
+    mesh: BodyMesh, average: BodyMesh, rest: RestPose, under: Underneath, *, fat_layer: float
 ) -> Floats:
     """Skin (n, 3), m, over a torso at rest.
 
     Parameters
     ----------
+    average : of the same person with an average build, whose landmarks lie as near to the bones as
+        `skin.csv` says; what the mesh has before it is fat, and stays
     fat_layer : m, least thickness at the navel
     """
-    source, to = _targets(mesh, rest.marks, under.skull, body_size(rest.subject))
+    source, to = _targets(average, rest, under.skull)
     warped = _warped(mesh, source, to, rest.marks)
     vertices = lowered_arms(warped, mesh, rest.marks["shoulder"])
     if mesh.build.layer > 0.0:

@@ -5,6 +5,7 @@ import {
 } from "three";
 import { Pose } from "./points.js";
 import { Ribbons } from "./ribbons.js";
+import { Skin } from "./skin.js";
 
 export const RAMP = ["#a79fc4", "#8f0da4", "#cc4778", "#f2844b", "#fdca26"];
 const VECTOR = Array(5).fill("#d4272e");
@@ -63,6 +64,7 @@ export class Figure {
     this.layers = Object.fromEntries(rows.map((row) => [row.layer, new Layer(row)]));
     this.rigid = [];
     this.soft = [];
+    this.skins = [];
     this.factor = 1;
     this.centred = true;
     this.hiddenGroups = new Set();
@@ -98,15 +100,17 @@ export class Figure {
     for (const surface of this.told.surfaces) {
       const layer = this.layers[surface.layer];
       if (!layer) continue;
-      const points = store.whole(surface.points), geometry = new BufferGeometry();
-      const position = new BufferAttribute(new Float32Array(3 * points.length), 3);
+      const skin = surface.skin && new Skin(surface.skin, store);
+      const points = surface.skin ? null : store.whole(surface.points), geometry = new BufferGeometry();
+      const position = new BufferAttribute(new Float32Array(3 * (skin || points).length), 3);
       geometry.setAttribute("position", position.setUsage(DynamicDrawUsage));
       geometry.setIndex(new BufferAttribute(store.whole(surface.faces), 1));
       const mesh = new Mesh(geometry, layer.material);
       mesh.frustumCulled = false;
       layer.add(mesh);
       this.group.add(mesh);
-      this.soft.push([mesh, points]);
+      if (skin) this.skins.push([mesh, skin]);
+      else this.soft.push([mesh, points]);
     }
   }
 
@@ -183,6 +187,12 @@ export class Figure {
         array[3 * v + 1] = points[i + 1];
         array[3 * v + 2] = points[i + 2];
       }
+      mesh.geometry.attributes.position.needsUpdate = true;
+      mesh.geometry.computeVertexNormals();
+    }
+    for (const [mesh, skin] of this.skins) {
+      if (!mesh.visible) continue;
+      skin.place(this.pose, mesh.geometry.attributes.position.array);
       mesh.geometry.attributes.position.needsUpdate = true;
       mesh.geometry.computeVertexNormals();
     }

@@ -13,7 +13,7 @@ import { CAMERAS, Stage } from "./stage.js";
 import { Steps } from "./steps.js";
 import { TimeBar } from "./timebar.js";
 
-const FIRST_PRESET = "skeleton", FIRST_CAMERA = "oblique", GAP = 0.62, LONGEST_WAIT = 0.25, KEPT_UPDATES = 500;
+const FIRST_PRESET = "skeleton", FIRST_CAMERA = "oblique", GAP = 0.76, LONGEST_WAIT = 0.25, KEPT_UPDATES = 500;
 
 // A sound, if the page has one, begins with the clock and leads it.
 const findSound = () => document.getElementById("scene-sound");
@@ -129,8 +129,10 @@ class Viewer {
       for (const figure of shown) {
         figure.group.updateMatrixWorld(true);
         for (const [mesh] of figure.rigid) box.expandByObject(mesh);
-        const { points } = figure.pose, at = new Vector3();
-        for (let i = 0; i < points.length; i += 3) box.expandByPoint(at.fromArray(points, i).add(figure.group.position));
+        const at = new Vector3();
+        for (const points of [figure.pose.points, ...figure.skins.map(([, skin]) => skin.rest)]) {
+          for (let i = 0; i < points.length; i += 3) box.expandByPoint(at.fromArray(points, i).add(figure.group.position));
+        }
       }
     });
     this.refresh();
