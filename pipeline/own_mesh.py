@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from pipeline.skin_words import UNITS, UPS
 from sim.errors import InputError
+from sim.model.landmarks import vertex_normals
 from sim.motion import Motion, belly_faces
 from sim.skin.body_mesh import Person, body_mesh, find_build, skin_parameters, usual_age
 from sim.skin.bound import BoundSkin
@@ -35,6 +36,9 @@ ROUNDS, KEPT = 60, 0.7
 """Steps of the registration, and the share of nearest points that counts."""
 SPREAD = 4e-4
 """m^2; landmarks must not lie on a line."""
+CONTROLS, BENDS, REACH, SOFT = 200, 3, 0.10, 0.1
+"""Points of the human trunk towards which a mesh is bent, how often, how far away (m), how softly."""
+ARMS = ("upper_arm_L", "upper_arm_R")
 FEWEST, FEWEST_WARP = 3, 6
 """Landmarks for a similarity, and from which on the mesh is warped too."""
 
@@ -206,6 +210,33 @@ def _by_shape(path: Path, vertices: Floats, human: Floats) -> Floats:
     return found
 
 
+def _bent(vertices: Floats, faces: Ints, human: Floats) -> Floats:
+    """The mesh bent softly towards the human skin of the trunk (n, 3), which covers the bones."""
+    chosen = _spread(human, CONTROLS)
+    for _ in range(BENDS):
+        normals = vertex_normals(vertices, faces)
+        tree = cKDTree(vertices)
+        away, index = tree.query(chosen)
+        # what lies on the far side of a fold, or beyond reach, is not what should go there
+        ahead = np.abs(((chosen - vertices[index]) * normals[index]).sum(axis=1))
+        good = (away < REACH) & (ahead > 0.7 * away)
+        at, first = np.unique(index[good], return_index=True)
+        move = chosen[good][first] - vertices[at]
+        field = RBFInterpolator(vertices[at], move, kernel="linear", degree=0, smoothing=SOFT)
+        vertices = vertices + field(vertices)
+    return np.asarray(vertices)
+
+
+def _spread(points: Floats, n: int) -> Floats:
+    """Points (n, 3) far from each other, each the farthest from those before it."""
+    chosen = [0]
+    away = np.linalg.norm(points - points[0], axis=1)
+    for _ in range(n - 1):
+        chosen.append(int(np.argmax(away)))
+        away = np.minimum(away, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return points[chosen]
+
+
 def own_skin(
     path: Path,
     motion: Motion,
@@ -235,12 +266,22 @@ def own_skin(
     else:
         known = human_landmarks(human)
         vertices = _by_landmarks(vertices, read_landmarks(landmarks, unit, up, known), known)
+    trunk = np.isin(_bodies(human), ARMS, invert=True)
+    trunk &= human.vertices[:, 2] > rest.marks["pubis"][2]
+    vertices = _bent(vertices, faces, human.vertices[trunk])
     layer = skin_parameters()["fat_layer"] if fat_layer is None else fat_layer
     vertices = covered(
         vertices, faces, underneath(rest, motion.shapes), layer, np.ones(len(vertices))
     )
     about: dict[str, str | float] = {"made_from": path.name, "method": method, "fat_layer": layer}
     return bind(vertices, faces, rest, motion.shapes, belly_faces(motion), method, about)
+
+
+def _bodies(skin: BoundSkin) -> NDArray[np.str_]:
+    """Name of the handle that each vertex follows most."""
+    most = np.argmax(skin.weights.weight, axis=1)
+    handle = skin.weights.handle[np.arange(len(most)), most]
+    return np.array(skin.rest.handles)[handle]
 
 
 def _human(rest: RestPose, motion: Motion) -> BoundSkin:
