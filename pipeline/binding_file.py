@@ -106,18 +106,17 @@ def _rows(path: Path, skin: BoundSkin) -> Rows:
     table = csv.DictReader(lines)
     missing = [name for name in NEEDED if name not in (table.fieldnames or ())]
     if missing:
-        raise InputError(
-            f"{path}: no column {', '.join(missing)}. Begin with {','.join(COLUMNS)}."
-        )
+        raise InputError(f"{path}: no column {', '.join(missing)}. Begin with {','.join(COLUMNS)}.")
     names = {name: k for k, name in enumerate(skin.rest.handles)}
-    known, found = set(regions(skin)), {}
+    known = set(regions(skin))
+    found: Rows = {}
     for row in table:
         place = f"{path} line {table.line_num}"
         if None in row.values() and any(row.get(name) is None for name in NEEDED):
             raise InputError(f"{place}: too few values. Give {', '.join(NEEDED)}.")
         key = _vertex(row, len(skin.vertices), known, place)
         handle = _handle(names, (row["handle"] or "").strip(), place)
-        own: dict[int, float] = found.setdefault(key, {})
+        own = found.setdefault(key, {})
         if handle in own:
             raise InputError(f"{place}: {row['handle']} stands twice for {key}. Leave one row.")
         own[handle] = _weight(row["weight"], place)
@@ -141,7 +140,7 @@ def read_binding(path: Path, skin: BoundSkin) -> BoundSkin:
     where = regions(skin)
     most = max([skin.weights.handle.shape[1], *(len(own) for own in found.values())])
     more = ((0, 0), (0, most - skin.weights.handle.shape[1]))
-    handle, weight = (np.pad(a, more) for a in (skin.weights.handle, skin.weights.weight))
+    handle, weight = np.pad(skin.weights.handle, more), np.pad(skin.weights.weight, more)
     # regions first: a vertex that is named itself goes before its region
     for key, own in sorted(found.items(), key=lambda item: isinstance(item[0], int)):
         chosen = [key] if isinstance(key, int) else [v for v, r in enumerate(where) if r == key]

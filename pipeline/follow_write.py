@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from pipeline import calls_file, records
 from pipeline.followed import Followed, in_space
 from pipeline.job import Job
+from pipeline.population import subject_age
 from pipeline.score import Score
 from pipeline.torso_runs import TorsoRuns
 from sim.control.writer import write_controls
+from sim.motion import dressed
 from sim.simulate import LEVELS
 from sim.trajectory import save_motion
 from sim.units import CUBIC_METRE_PER_LITRE, PASCAL_PER_CMH2O
@@ -79,7 +81,7 @@ def write_followed(job: Job, folder: Path, told: Told, done: Followed, runs: Tor
         f" {job.subject['subject']}",
     )
     write_controls(folder / CONTROL, controls)
-    moved = in_space(runs, controls, told.end)
+    moved = dressed(in_space(runs, controls, told.end), subject_age(job.subject))
     save_motion(
         folder / TRAJECTORY,
         moved,

@@ -37,7 +37,7 @@ ROUNDS, KEPT = 60, 0.7
 SPREAD = 4e-4
 """m^2; landmarks must not lie on a line."""
 CONTROLS, BENDS, REACH, SOFT = 200, 3, 0.10, 0.1
-"""Points of the human trunk towards which a mesh is bent, how often, how far away (m), how softly."""
+"""Points of the human trunk towards which a mesh is bent, how often, from where (m), how softly."""
 ARMS = ("upper_arm_L", "upper_arm_R")
 FEWEST, FEWEST_WARP = 3, 6
 """Landmarks for a similarity, and from which on the mesh is warped too."""
@@ -72,7 +72,7 @@ def _load(path: Path) -> trimesh.Trimesh:
 def in_our_axes(points: Floats, unit: str, up: str) -> Floats:
     """Points (n, 3) of a file in metres, X forward, Y left, Z up."""
     columns, signs = UPS[up]
-    return UNITS[unit] * points[:, list(columns)] * np.array(signs)
+    return np.asarray(UNITS[unit] * points[:, list(columns)] * np.array(signs))
 
 
 def read_mesh(path: Path, unit: str, up: str) -> tuple[Floats, Ints]:
@@ -96,7 +96,7 @@ def read_mesh(path: Path, unit: str, up: str) -> tuple[Floats, Ints]:
     # seams of a texture split vertices; a skin would tear there
     vertices, index = np.unique(vertices, axis=0, return_inverse=True)
     faces = index.ravel()[faces]
-    whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
+    whole = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
     used, faces = np.unique(faces[whole], return_inverse=True)
     vertices, faces = vertices[used], faces.reshape(-1, 3).astype(np.int64)
     if len(vertices) > MOST_VERTICES:
@@ -191,10 +191,10 @@ def _by_shape(path: Path, vertices: Floats, human: Floats) -> Floats:
     high = human[:, 2].max() - vertices[:, 2].max()
     for up in (high, human[:, 2].mean() - vertices[:, 2].mean()):
         flat = human[:, :2].mean(axis=0) - vertices[:, :2].mean(axis=0)
-        moved = vertices + [*flat, up]
+        moved = vertices + np.array([*flat, up])
         grown = 1.0
         for _ in range(ROUNDS):
-            away, index = cKDTree(moved).query(human)
+            away, index = map(np.asarray, cKDTree(moved).query(human))
             near = away <= np.quantile(away, KEPT)
             scale, turn, shift = similarity(moved[index[near]], human[near])
             scale = float(np.clip(scale, GROWS[0] / grown, GROWS[1] / grown))
@@ -215,8 +215,7 @@ def _bent(vertices: Floats, faces: Ints, human: Floats) -> Floats:
     chosen = _spread(human, CONTROLS)
     for _ in range(BENDS):
         normals = vertex_normals(vertices, faces)
-        tree = cKDTree(vertices)
-        away, index = tree.query(chosen)
+        away, index = map(np.asarray, cKDTree(vertices).query(chosen))
         # what lies on the far side of a fold, or beyond reach, is not what should go there
         ahead = np.abs(((chosen - vertices[index]) * normals[index]).sum(axis=1))
         good = (away < REACH) & (ahead > 0.7 * away)
@@ -281,7 +280,7 @@ def _bodies(skin: BoundSkin) -> NDArray[np.str_]:
     """Name of the handle that each vertex follows most."""
     most = np.argmax(skin.weights.weight, axis=1)
     handle = skin.weights.handle[np.arange(len(most)), most]
-    return np.array(skin.rest.handles)[handle]
+    return np.asarray(np.array(skin.rest.handles)[handle])
 
 
 def _human(rest: RestPose, motion: Motion) -> BoundSkin:

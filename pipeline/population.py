@@ -18,6 +18,11 @@ class Size:
     notes: tuple[str, ...]
 
 
+def subject_age(row: Mapping[str, str]) -> float | None:
+    """Return the age in years of a checked row, for the skin's looks, or none."""
+    return float(row["age_years"]) if row.get("age_years") else None
+
+
 def subject_size(row: Mapping[str, str]) -> Size:
     """Return the size of a checked row of the table of subjects.
 

@@ -155,6 +155,8 @@ def _warnings(rows: list[dict[str, Any]], tolerance: float) -> list[str]:
 
 
 def _keep(job: Job, folder: Path, steps: list[Step], posture: str) -> None:
+    from pipeline.population import subject_age
+    from sim.motion import dressed
     from sim.trajectory import save_motion
 
     for old in folder.glob("retraining_*.h5"):
@@ -164,7 +166,8 @@ def _keep(job: Job, folder: Path, steps: list[Step], posture: str) -> None:
             "version": job.version, "seed": job.seed, "style": f"{job.name}, step {number}",
             "subject": job.recording["subject"], "posture": posture,
         }  # fmt: skip
-        save_motion(motion_file(folder, number), step.breathed.motion, about)
+        motion = dressed(step.breathed.motion, subject_age(job.subject))
+        save_motion(motion_file(folder, number), motion, about)
 
 
 STAGES: dict[str, Stage] = {"retraining": retraining}

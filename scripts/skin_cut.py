@@ -40,7 +40,10 @@ def cut(rows: Rows, height: Floats, shape: Floats, *, parts: int) -> Rows:
     `shape` (n, 3) m is the pose in which it is cut; there are `parts` openings.
     """
     value = rows.matrix @ height
-    kept, new, edges, segments = [], [], {}, []
+    kept: list[list[int]] = []
+    segments: list[tuple[int, int]] = []
+    new: list[tuple[int, int, float]] = []
+    edges: dict[tuple[int, int], int] = {}
     count = len(value)
 
     def crossing(a: int, b: int) -> int:
@@ -80,7 +83,7 @@ def cut(rows: Rows, height: Floats, shape: Floats, *, parts: int) -> Rows:
 def _capped(rows: Rows, segments: Ints, shape: Floats, parts: int) -> Rows:
     n = rows.matrix.shape[0]
     graph = csr_array((np.ones(len(segments)), segments.T), shape=(n, n))
-    label = connected_components(graph, directed=False)[1]
+    label = np.asarray(connected_components(graph.astype(bool), directed=False)[1])
     matrix, faces = rows.matrix, rows.faces.tolist()
     loops = [np.flatnonzero(label == k) for k in np.unique(label[segments[:, 0]])]
     loops = sorted(loops, key=len)[-parts:]
@@ -106,7 +109,9 @@ def _draw(points: Floats, faces: Ints, depth: Floats, owner: Ints) -> None:
         area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
         if abs(area) < 1e-12:
             continue
-        for y in range(max(0, int(min(a[1], b[1], c[1]))), min(high, int(max(a[1], b[1], c[1])) + 2)):
+        for y in range(
+            max(0, int(min(a[1], b[1], c[1]))), min(high, int(max(a[1], b[1], c[1])) + 2)
+        ):
             for x in range(
                 max(0, int(min(a[0], b[0], c[0]))), min(wide, int(max(a[0], b[0], c[0])) + 2)
             ):
@@ -142,4 +147,5 @@ def seen_faces(shape: Floats, faces: Ints) -> npt.NDArray[np.bool_]:
         _draw(points, faces, depth, owner)
         seen[np.unique(owner[owner >= 0])] = True
     middles = shape[faces].mean(axis=1)
-    return seen | seen[cKDTree(middles).query(middles * [1.0, -1.0, 1.0])[1]]
+    twin = np.asarray(cKDTree(middles).query(middles * [1.0, -1.0, 1.0])[1])
+    return np.asarray(seen | seen[twin])

@@ -18,9 +18,10 @@ from sim.control.controls import Controls
 from sim.control.library import FORMS, STYLES, find_controls
 from sim.errors import InputError, ParameterError, TorsoError
 from sim.model.anatomy import Subject
-from sim.motion import Motion
+from sim.motion import Motion, dressed
 from sim.rest import GRAVITY
 from sim.resting import RestingTorso, rest_torso
+from sim.skin.body_mesh import AGES
 from sim.tables import CALIBRATED, SETS, parameters
 from sim.trajectory import save_motion
 from sim.writing import write_summary
@@ -54,6 +55,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--sex", choices=("male", "female"))
     add("--stature-m", type=float, metavar="M")
     add("--mass-kg", type=float, metavar="KG")
+    add("--age-years", type=float, metavar="YEARS", help="of the skin's looks; else the usual one")
     add("--parameters", choices=SETS, default=CALIBRATED)
     add("--json", type=Path, metavar="OUT", help="write the figures")
     add("--out", type=Path, metavar="OUT.h5", help="write the trajectory")
@@ -70,6 +72,7 @@ class Task:
     style : as typed, without folder and ending
     name : of the subject
     duration : s
+    age : years, of the skin, if given
     parameters : named set
     json, out : files to write, if any
     """
@@ -81,6 +84,7 @@ class Task:
     posture: str
     name: str
     subject: Subject
+    age: float | None
     parameters: str
     json: Path | None
     out: Path | None
@@ -126,6 +130,21 @@ def _subject(options: argparse.Namespace, row: dict[str, str]) -> Subject:
         ) from error
     except ParameterError as error:
         raise InputError(f"{options.subjects}: subject {options.subject}: {error}") from error
+
+
+def _age(options: argparse.Namespace, row: dict[str, str]) -> float | None:
+    """Years from the flag, else from the row, else none."""
+    given = options.age_years
+    if given is None and (row.get("age_years") or "").strip():
+        try:
+            given = float(row["age_years"])
+        except ValueError as error:
+            raise InputError(
+                f"{options.subjects}: subject {options.subject}: age_years: {error}. Write years."
+            ) from error
+    if given is not None and not AGES[0] <= given <= AGES[1]:
+        raise ParameterError(f"simulate: age is {given:g} years. Give {AGES[0]:g} to {AGES[1]:g}.")
+    return given
 
 
 def _duration(options: argparse.Namespace, controls: Controls) -> float:
@@ -180,6 +199,7 @@ def read_task(arguments: Sequence[str]) -> Task:
         posture=posture,
         name=options.subject or "reference",
         subject=_subject(options, row),
+        age=_age(options, row),
         parameters=options.parameters,
         json=options.json,
         out=options.out,
@@ -253,7 +273,7 @@ def main(arguments: Sequence[str]) -> int:
         moved, figures = run_task(task, resting)
         if task.out is not None:
             names = ("version", "seed", "style", "subject", "posture")
-            save_motion(task.out, moved, {name: figures[name] for name in names})
+            save_motion(task.out, dressed(moved, task.age), {name: figures[name] for name in names})
         if task.json is not None:
             write_summary(task.json, figures)
     except TorsoError as error:

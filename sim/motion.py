@@ -16,10 +16,10 @@ from sim.model.torso import Torso
 from sim.physics.surface import enclosed_volume
 from sim.physics.types import Floats, Ints
 from sim.resting import RestingTorso
+from sim.simulate import Poses, Trajectory, default_lung, replay
 from sim.skin.bound import BoundSkin
 from sim.skin.dress import dress
 from sim.skin.frame import RestPose, bone_marks
-from sim.simulate import Poses, Trajectory, default_lung, replay
 
 FREE = 6
 """Degrees of freedom of a body that nothing carries."""
@@ -266,23 +266,25 @@ def belly_faces(motion: Motion) -> Ints:
     return motion.soft["abdomen"].faces[: -len(motion.soft["diaphragm"].faces)]
 
 
-def dressed(motion: Motion, skin: BoundSkin | None = None) -> Motion:
-    """A motion with a human skin: the one given, its own, or the usual one of its subject.
+def dressed(motion: Motion, age: float | None = None) -> Motion:
+    """A motion with a human skin: its own, or that of its subject.
 
     One without a rest pose, as older files have none, stays as it is.
+
+    Parameters
+    ----------
+    age : years, else the usual one
     """
-    if skin is None and motion.skin is None and motion.rest is not None:
-        skin = dress(motion.rest, motion.shapes, belly_faces(motion))
-    return motion if skin is None else replace(motion, skin=skin)
+    if motion.skin is not None or motion.rest is None:
+        return motion
+    return replace(motion, skin=dress(motion.rest, motion.shapes, belly_faces(motion), age=age))
 
 
 def skin_surface(motion: Motion) -> Soft:
     """The skin in every frame: the human one, or without it the outer tube of the model."""
     if motion.skin is None:
         return motion.soft["skin"]
-    places = motion.skin.places(
-        motion.position, motion.quaternion, motion.soft["abdomen"].vertices
-    )
+    places = motion.skin.places(motion.position, motion.quaternion, motion.soft["abdomen"].vertices)
     return Soft(vertices=places, faces=motion.skin.faces)
 
 

@@ -10,6 +10,7 @@ import importlib.util
 import struct
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -285,3 +286,32 @@ def small_motion() -> Motion:
         pressures={"lung": -50 * breath, "pleural": -500 - 200 * breath, "abdomen": 500 + still},
         tissue_volume=1e-3,
     )
+
+
+@pytest.fixture(scope="session")
+def dressed_motion(small_motion: Motion) -> Motion:
+    """The small torso in a ball of skin that is bound to its boxes and its abdomen."""
+    import numpy as np
+
+    from sim.model.anatomy import Subject
+    from sim.skin.binding import SMOOTH
+    from sim.skin.dress import bind
+    from sim.skin.frame import RestPose
+
+    abdomen = small_motion.soft["abdomen"]
+    rest = RestPose(
+        subject=Subject(sex="female", stature=1.6, mass=60.0),
+        bodies=small_motion.bodies,
+        position=small_motion.position[0],
+        quaternion=small_motion.quaternion[0],
+        abdomen=abdomen.vertices[0],
+        wall=np.arange(0, abdomen.vertices.shape[1], 2),
+        marks={"shoulder": np.array([0.0, 0.2, 0.4]), "elbow": np.array([0.0, 0.2, 0.1])},
+    )
+    ball, faces = _ball()
+    about: dict[str, str | float] = {"made_from": "human", "method": SMOOTH, "age_years": 30.0}
+    skin = bind(
+        [0.0, 0.0, 0.3] + 0.3 * ball, faces, rest, small_motion.shapes, abdomen.faces, SMOOTH,
+        about,
+    )  # fmt: skip
+    return replace(small_motion, rest=rest, skin=skin)

@@ -61,7 +61,7 @@ def nearest_weights(
     far = np.full((len(vertices), n_bodies), np.inf)
     for body, points in bone_points(rest, shapes).items():
         far[:, rest.bodies.index(body)] = cKDTree(points).query(vertices)[0]
-    away, vertex = cKDTree(rest.abdomen).query(vertices, k=NEIGHBOURS)
+    away, vertex = map(np.asarray, cKDTree(rest.abdomen).query(vertices, k=NEIGHBOURS))
     handles = np.hstack([np.tile(np.arange(n_bodies), (len(vertices), 1)), n_bodies + vertex])
     order = np.argsort(np.hstack([far, away]), axis=1, kind="stable")[:, :NEIGHBOURS]
     return Weights(
@@ -108,6 +108,7 @@ def smooth_weights(
     p = skin_parameters()
     points, handles, shares = _samples(rest, shapes, belly)
     away, found = cKDTree(points).query(vertices, k=min(SAMPLES, len(points)))
+    away, found = np.asarray(away), np.asarray(found)
     nearest = away[:, :1]
     reach = np.maximum(p["nearest_layer"], p["reach_share"] * nearest)
     kernel = np.exp((nearest**2 - away**2) / (2.0 * reach**2))

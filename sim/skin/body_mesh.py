@@ -166,7 +166,8 @@ def average_build(person: Person) -> Build:
     build = Build(muscle=0.5, weight=0.5, layer=0.0, mass=np.nan)
     age = age_slider(person.age)
     nodes = (arrays["whole/ages"], arrays["whole/build"], arrays["whole/build"])
-    volume = float(RegularGridInterpolator(nodes, arrays["whole/volume"][sex])([[age, 0.5, 0.5]])[0])
+    volumes = RegularGridInterpolator(nodes, arrays["whole/volume"][sex])
+    volume = float(volumes([[age, build.muscle, build.weight]])[0])
     grown = person.subject.stature / _stature(sex, age, build)
     return replace(build, mass=p["body_density"] * volume * grown**3)
 

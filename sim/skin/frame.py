@@ -106,9 +106,7 @@ def underneath(rest: RestPose, shapes: Mapping[str, Shape]) -> Underneath:
         points.append(at)
         part += [part_of(name)] * len(at)
     skull = [rest.in_space(shapes[name]) for name in ("skull", "jaw")]
-    return Underneath(
-        points=np.concatenate(points), part=tuple(part), skull=np.concatenate(skull)
-    )
+    return Underneath(points=np.concatenate(points), part=tuple(part), skull=np.concatenate(skull))
 
 
 def humerus(rest: RestPose) -> dict[str, Floats]:

@@ -31,7 +31,7 @@ def layer_of(part: str, fat_layer: float) -> float:
         if row["part"] == part:
             more = fat_layer - p["fat_layer"]
             base = 1e-3 * float(row["base_mm"]) + (p["fat_layer"] if part == "belly" else 0.0)
-            return max(base + float(row["fat_share"]) * more, p["leanest_layer"])
+            return float(max(base + float(row["fat_share"]) * more, p["leanest_layer"]))
     raise KeyError(part)
 
 
@@ -68,7 +68,7 @@ def head_targets(source: dict[str, Floats], skull: Floats) -> dict[str, Floats]:
 
     def mapped(axis: int, ends: tuple[str, str], to: tuple[float, float], value: float) -> float:
         a, b = source[ends[0]][axis], source[ends[1]][axis]
-        return to[0] + (value - a) / (b - a) * (to[1] - to[0])
+        return float(to[0] + (value - a) / (b - a) * (to[1] - to[0]))
 
     deep = (low[0] - p["occiput_skin"], high[0] + p["glabella_skin"])
     tall = (low[2] - p["chin_skin"], high[2] + p["crown_skin"])
@@ -109,9 +109,7 @@ def _flanks(
     return out
 
 
-def _targets(
-    mesh: BodyMesh, rest: RestPose, skull: Floats
-) -> tuple[Floats, Floats]:
+def _targets(mesh: BodyMesh, rest: RestPose, skull: Floats) -> tuple[Floats, Floats]:
     """Landmarks of a mesh of average build (k, 3) and where they go (k, 3), m."""
     at, marks, subject = mesh.landmarks, rest.marks, rest.subject
     to = bone_targets(marks, subject.stature)
@@ -142,7 +140,7 @@ def _targets(
 
 
 def _warped(mesh: BodyMesh, source: Floats, to: Floats, marks: dict[str, Floats]) -> Floats:
-    """The mesh (n, 3) warped by landmarks; the arms, which have none on their girth, in one piece."""
+    """The mesh (n, 3) warped by landmarks; the arms, whose girth has none, in one piece."""
     warp = RBFInterpolator(source, to, kernel="cubic", degree=1)
     shoulder, elbow = mesh.landmarks["shoulder"], mesh.landmarks["elbow"]
     lower, upper = marks["elbow"], marks["shoulder"]

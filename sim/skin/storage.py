@@ -1,9 +1,6 @@
-"""Rest pose and skin in a trajectory file (HDF5), in SI units.
+"""Rest pose and skin in a trajectory file (HDF5), in SI units: groups `rest` and `human_skin`.
 
-    rest/sex, stature_m, mass_kg                  attributes
-    rest/bodies, position, quaternion, abdomen, wall, marks/NAME
-    human_skin/vertices, faces                    at rest
-    human_skin/handle, weight                     what each vertex follows, and its share
+`docs/methods/simulate.md` lists what they hold.
 """
 
 from __future__ import annotations

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from pipeline import packing, scene
 from pipeline.view import script, write_view
 from sim.errors import InputError
+from sim.motion import skin_surface
 from sim.trajectory import save_motion
 
 
@@ -93,6 +94,32 @@ def test_surfaces_and_fibres_are_where_they_should_be(packed, small_motion):
     ends = pool[:, reader.whole(told["muscles"]["ends"])]
     away = np.linalg.norm(ends - small_motion.elements.endpoints, axis=-1)
     assert away.max() <= made.error < 3e-4
+
+
+def test_the_skin_follows_in_the_page_within_the_stated_error(dressed_motion):
+    """Read as the page does: v = sum of w times where each handle alone would take it."""
+    made = scene.build_scene({"one": dressed_motion}, place="one.h5")
+    told, reader = json.loads(made.description)["trajectories"][0], Reader(made.data)
+    assert [s["layer"] for s in told["surfaces"]].count("skin") == 1
+    skin = told["surfaces"][-1]["skin"]
+    position, turn = _posed(told, reader)
+    start = Rotation.from_quat(skin["quaternion"], scalar_first=True).as_matrix()
+    moves = turn @ start.transpose(0, 2, 1)
+    shifts = position - np.einsum("fbij,bj->fbi", moves, skin["position"])
+    soft = _pool(told, reader)[:, reader.whole(skin["follow"])] - reader.values(skin["start"])
+    rest, handle = reader.values(skin["rest"]), reader.whole(skin["handle"]).astype(int)
+    row = np.repeat(np.arange(len(rest)), reader.whole(skin["count"]))
+    weight = reader.whole(skin["weight"]) / 65535
+    assert np.allclose(np.bincount(row, weight), 1.0)
+    alone = np.empty((len(position), len(row), 3))
+    on = handle < len(start)
+    alone[:, on] = np.einsum("fpij,pj->fpi", moves[:, handle[on]], rest[row[on]])
+    alone[:, on] += shifts[:, handle[on]]
+    alone[:, ~on] = rest[row[~on]] + soft[:, handle[~on] - len(start)]
+    places = np.zeros((len(position), len(rest), 3))
+    np.add.at(places, (slice(None), row), weight[:, None] * alone)
+    away = places - skin_surface(dressed_motion).vertices
+    assert np.linalg.norm(away, axis=-1).max() <= made.error < 3e-4
 
 
 def test_a_point_on_a_bone_rides_on_it(packed):

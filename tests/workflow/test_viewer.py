@@ -19,6 +19,7 @@ from pipeline.export import export
 from pipeline.headline import Headline
 from pipeline.report import write_report
 from pipeline.view import MOST_BYTES, SCRIPT, data_address, make_viewer, write_view
+from sim.motion import skin_surface
 from sim.trajectory import save_motion
 
 pytestmark = pytest.mark.slow
@@ -91,6 +92,24 @@ def test_the_torso_is_drawn_and_nothing_is_asked_for(browser, view_page, viewpor
     assert opened.complaints() == []
     assert opened.run("document.documentElement.scrollWidth") <= viewport["width"]
     assert not opened.page.locator(".still").is_visible()
+
+
+def test_from_outside_the_human_skin_is_seen_and_moves(browser, dressed_motion, tmp_path):
+    save_motion(tmp_path / "dressed.h5", dressed_motion, {"style": "calm"})
+    page = write_view([tmp_path / "dressed.h5"], tmp_path / "dressed.html")
+    opened = Opened(browser, page, viewport=WIDE).ready()
+    opened.page.get_by_role("button", name="Show outside").click()
+    where = "Array.from(pleuraViewer.figures[0].skins[0][0].geometry.attributes.position.array)"
+    first = opened.run(where)
+    opened.run("pleuraViewer.seek(1.0)")
+    opened.picture()
+    later = opened.run(where)
+    truth = skin_surface(dressed_motion).vertices
+    away = np.reshape(later, (-1, 3)) - truth[np.argmin(np.abs(dressed_motion.time - 1.02))]
+    assert np.linalg.norm(away, axis=1).max() < 5e-4
+    assert np.abs(np.subtract(later, first)).max() > 1e-3
+    assert "woman of 1.60 m, 60 kg and 30 years" in opened.page.content()
+    assert opened.complaints() == []
 
 
 def test_the_picture_and_its_bar_fit_a_small_screen(opened):
