@@ -161,7 +161,7 @@ def test_a_thicker_layer_moves_the_belly_out(still: Motion) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("style", ["deep", "laugh", "vital_capacity"])
 def test_nothing_pokes_through_and_nothing_tears(resting: RestingTorso, style: str) -> None:
-    controls = find_controls(style, None)
+    controls = find_controls(style)
     duration = controls.run_duration
     assert duration is not None
     done = run_controls(resting, controls, duration=duration, posture="upright")
