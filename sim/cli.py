@@ -134,7 +134,7 @@ def _subject(options: argparse.Namespace, row: dict[str, str]) -> Subject:
 
 def _age(options: argparse.Namespace, row: dict[str, str]) -> float | None:
     """Years from the flag, else from the row, else none."""
-    given = options.age_years
+    given: float | None = options.age_years
     if given is None and (row.get("age_years") or "").strip():
         try:
             given = float(row["age_years"])

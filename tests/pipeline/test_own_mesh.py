@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from pipeline import own_mesh
-from pipeline.own_mesh import read_landmarks, read_mesh, similarity
+from pipeline import mesh_reading
+from pipeline.mesh_reading import read_landmarks, read_mesh
+from pipeline.own_mesh import similarity
 from pipeline.skin_command import SkinTask, run_skin
 from sim.errors import InputError, ParameterError
 from sim.trajectory import save_motion
@@ -115,7 +116,7 @@ def test_a_place_that_is_no_number_is_refused(tmp_path):
 def test_too_many_vertices_are_refused_with_the_bound(tmp_path, monkeypatch):
     path = tmp_path / "box.obj"
     _box().export(path)
-    monkeypatch.setattr(own_mesh, "MOST_VERTICES", 10)
+    monkeypatch.setattr(mesh_reading, "MOST_VERTICES", 10)
     _refused(path, "A skin may have 10")
     # ten million faces are not even read
     with path.open("r+b") as stream:
