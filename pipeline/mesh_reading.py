@@ -19,8 +19,8 @@ MOST_VERTICES = 60_000
 MOST_BYTES = 100_000_000
 TALL = (0.35, 2.6)
 """m; a torso or a person is so high."""
-SPREAD = 4e-4
-"""m^2; landmarks must not lie on a line."""
+SPREAD = 0.05
+"""m; so far must landmarks lie beside a line, or the turn about it is not known."""
 FEWEST = 3
 """Landmarks for a similarity."""
 
@@ -121,6 +121,6 @@ def read_landmarks(path: Path, unit: str, up: str, known: dict[str, Floats]) -> 
         out[name] = in_our_axes(at[None], unit, up)[0]
     at = np.array(list(out.values())).reshape(-1, 3)
     spread = np.linalg.svd(at - at.mean(axis=0), compute_uv=False) if len(at) else np.zeros(3)
-    if len(at) < FEWEST or spread[1] ** 2 < SPREAD:
-        raise InputError(f"{path}: {len(out)} landmarks. Give at least {FEWEST}, not on a line.")
+    if len(at) < FEWEST or spread[1] < SPREAD:
+        raise InputError(f"{path}: {len(out)} landmarks. Give at least {FEWEST}, not near a line.")
     return out

@@ -26,6 +26,8 @@ GROWS = (0.6, 1.7)
 """How much a mesh may have to be scaled."""
 FAR = 0.03
 """m, median distance of a mesh that has found its place."""
+ALIKE = 0.5
+"""Cosine between its normals and those of the human skin, median."""
 ROUNDS, KEPT = 60, 0.7
 """Steps of the registration, and the share of nearest points that counts."""
 CONTROLS, BENDS, REACH, SOFT = 200, 3, 0.10, 0.1
@@ -73,10 +75,11 @@ def _by_landmarks(vertices: Floats, given: dict[str, Floats], known: dict[str, F
     moved, at = scale * vertices @ turn.T + shift, scale * source @ turn.T + shift
     if len(source) < FEWEST_WARP:
         return np.asarray(moved)
-    return np.asarray(moved + RBFInterpolator(at, target - at, kernel="cubic", degree=1)(moved))
+    # of the kernels the one that runs out: limbs lie far from any landmark
+    return np.asarray(moved + RBFInterpolator(at, target - at, kernel="linear", degree=0)(moved))
 
 
-def _by_shape(path: Path, vertices: Floats, human: Floats) -> Floats:
+def _by_shape(vertices: Floats, human: Floats) -> Floats:
     """The similarity that brings the mesh nearest to the human skin (n, 3), trimmed ICP."""
     best, found = np.inf, vertices
     high = human[:, 2].max() - vertices[:, 2].max()
@@ -93,12 +96,19 @@ def _by_shape(path: Path, vertices: Floats, human: Floats) -> Floats:
         off = float(np.median(cKDTree(moved).query(human)[0]))
         if off < best:
             best, found = off, moved
-    if best > FAR:
-        raise InputError(
-            f"{path}: lies {1e3 * best:.0f} mm from the torso's skin (median), so it found no"
-            " place. Check --up and --unit, or give --landmarks."
-        )
     return found
+
+
+def _check_place(path: Path, vertices: Floats, faces: Ints, human: BoundSkin) -> None:
+    """Refuse a mesh that lies far from the human skin, or looks another way."""
+    away, index = map(np.asarray, cKDTree(vertices).query(human.vertices))
+    normals = vertex_normals(vertices, faces)[index]
+    alike = (normals * vertex_normals(human.vertices, human.faces)).sum(axis=1)
+    if np.median(away) > FAR or np.median(alike) < ALIKE:
+        raise InputError(
+            f"{path}: lies {1e3 * np.median(away):.0f} mm from the torso's skin (median) or turned,"
+            " so it found no place. Check --up and --unit, or give other --landmarks."
+        )
 
 
 def _bent(vertices: Floats, faces: Ints, human: Floats) -> Floats:
@@ -152,10 +162,11 @@ def own_skin(
     vertices, faces = read_mesh(path, unit, up)
     human = _human(rest, motion)
     if landmarks is None:
-        vertices = _by_shape(path, vertices, human.vertices)
+        vertices = _by_shape(vertices, human.vertices)
     else:
         known = human_landmarks(human)
         vertices = _by_landmarks(vertices, read_landmarks(landmarks, unit, up, known), known)
+    _check_place(path, vertices, faces, human)
     trunk = np.isin(_bodies(human), ARMS, invert=True)
     trunk &= human.vertices[:, 2] > rest.marks["pubis"][2]
     vertices = _bent(vertices, faces, human.vertices[trunk])

@@ -7,13 +7,19 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from pipeline import mesh_reading
 from pipeline.mesh_reading import read_landmarks, read_mesh
-from pipeline.own_mesh import similarity
+from pipeline.own_mesh import own_skin, similarity
 from pipeline.skin_command import SkinTask, run_skin
 from sim.errors import InputError, ParameterError
+from sim.model.anatomy import Subject
+from sim.motion import dressed, rest_motion
+from sim.resting import rest_torso
+from sim.skin.clearance import depths
+from sim.skin.frame import underneath
 from sim.trajectory import save_motion
 
 
@@ -137,9 +143,9 @@ def test_landmarks_are_checked(tmp_path):
     refused("landmark,x,y,z\nknee,0,0,0\n", "line 2: no landmark 'knee'. There are: notch")
     refused("landmark,x,y,z\nnotch,0,zero,0\n", "line 2: x, y, z must be numbers")
     refused("landmark,x,y,z\nnotch,0,inf,0\n", "line 2: x, y, z must be numbers")
-    refused("landmark,x,y,z\nnotch,0,0,0\n", "1 landmarks. Give at least 3, not on a line")
+    refused("landmark,x,y,z\nnotch,0,0,0\n", "1 landmarks. Give at least 3, not near a line")
     line = "landmark,x,y,z\nnotch,0,0,0\nnavel,0,1,0\nc7,0,2,0\n"
-    refused(line, "not on a line")
+    refused(line, "not near a line")
     path.write_text("landmark,x,y,z\nnotch,0,50,10\nnavel,0,10,10\nc7,0,55,-10\n")
     found = read_landmarks(path, "cm", "y", known)
     np.testing.assert_allclose(found["notch"], [0.1, 0.0, 0.5])
@@ -163,3 +169,20 @@ def test_a_request_that_cannot_be_met_is_one_line(tmp_path, small_motion, dresse
     lines = run_skin(SkinTask(trajectory=run, binding=table))
     assert "120 vertices" in lines[0] and table.exists()
     assert str(out) in run_skin(SkinTask(trajectory=run, use=table, out=out))[-1]
+
+
+@pytest.mark.slow
+def test_a_moved_person_finds_its_place_over_the_bones(tmp_path):
+    """The reference man's own skin, scaled, turned and shifted, comes back from a file."""
+    resting = rest_torso(Subject(sex="male", stature=1.756, mass=75.0))
+    motion = dressed(rest_motion(resting, "upright"))
+    human = motion.skin
+    turned = Rotation.from_rotvec([0.0, 0.05, 0.1]).apply(1.06 * human.vertices) + [0.2, 0.1, 0.9]
+    path = tmp_path / "me.glb"
+    # back to the file's axes: X left, Y up, Z forward
+    trimesh.Trimesh(turned[:, [1, 2, 0]], human.faces, process=False).export(path)
+    skin = own_skin(path, motion, unit="m", up="y", landmarks=None, method="smooth", fat_layer=None)
+    away = cKDTree(skin.vertices).query(human.vertices)[0]
+    assert np.median(away) < 0.003 and np.quantile(away, 0.99) < 0.015
+    under = underneath(motion.rest, motion.shapes)
+    assert depths(under.points, skin.vertices, skin.faces).depth.min() > 0.003
