@@ -177,7 +177,8 @@ def test_a_moved_person_finds_its_place_over_the_bones(tmp_path):
     resting = rest_torso(Subject(sex="male", stature=1.756, mass=75.0))
     motion = dressed(rest_motion(resting, "upright"))
     human = motion.skin
-    turned = Rotation.from_rotvec([0.0, 0.05, 0.1]).apply(1.06 * human.vertices) + [0.2, 0.1, 0.9]
+    turned = Rotation.from_rotvec([0.0, 0.05, 0.1]).apply(1.06 * human.vertices)
+    turned = turned + np.array([0.2, 0.1, 0.9])
     path = tmp_path / "me.glb"
     # back to the file's axes: X left, Y up, Z forward
     trimesh.Trimesh(turned[:, [1, 2, 0]], human.faces, process=False).export(path)
