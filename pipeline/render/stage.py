@@ -149,9 +149,8 @@ class Stage:
 
     def _draw_light(self, camera: Camera) -> None:
         gl = self.gl
-        self.second.use()
         # what is nearest stays known from before
-        self.second.depth_mask = False
+        self._write_to(colour=True, depth=False)
         self.second.clear(0.0, 0.0, 0.0, 0.0)
         self.open[1].use(0)
         self.shadow.use(1)
@@ -166,12 +165,13 @@ class Stage:
         for solid in (True, False):
             for buffers in self.buffers:
                 if buffers.part.solid == solid:
-                    self._draw_part(buffers)
-        self.second.depth_mask = True
+                    self._draw_part(buffers, camera)
 
-    def _draw_part(self, buffers: Buffers) -> None:
-        """Draw a part: of glass its far side first, of bone seen through its near side alone."""
+    def _draw_part(self, buffers: Buffers, camera: Camera) -> None:
+        """Draw a part: of glass its far side first, of bone seen through what is nearest alone."""
         gl, part = self.gl, buffers.part
+        if not (part.solid or part.glass):
+            self._hide_behind(buffers, camera)
         put(
             self.surface, opacity=part.opacity, solid=part.solid, glass=part.glass,
             nearer=part.nearer,
@@ -186,6 +186,19 @@ class Stage:
             gl.cull_face = side
             drawn.render()
         gl.disable(moderngl.BLEND | moderngl.CULL_FACE)
+
+    def _hide_behind(self, buffers: Buffers, camera: Camera) -> None:
+        """Let a part hide what lies behind it from here on, before it is drawn itself."""
+        self._write_to(colour=False, depth=True)
+        put(self.depth, view=camera.view, projection=camera.projection, nearer=0.0)
+        buffers.drawn[self.depth].render()
+        self._write_to(colour=True, depth=False)
+
+    def _write_to(self, *, colour: bool, depth: bool) -> None:
+        self.second.color_mask = (colour,) * 4
+        self.second.depth_mask = depth
+        # what is masked counts from the next use on
+        self.second.use()
 
     def _resolved(self) -> Picture:
         self.gl.disable(moderngl.DEPTH_TEST)

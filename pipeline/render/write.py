@@ -114,7 +114,8 @@ def _strip(trajectory: Path, motion: Motion, words: Words) -> str:
     captions = [f"{time:.2f} s" for time in times] if len(times) > 1 else []
     strip = pictures.filmstrip(drawn, captions, words.background or "")
     write_bytes(words.to, pictures.png(strip))
-    return f"{len(times)} of {size[0]}x{size[1]} side by side{scene.told(motion)}"
+    many = f"{len(times)} pictures" if len(times) > 1 else "a picture"
+    return f"{many} of {size[0]}x{size[1]}{scene.told(motion)}"
 
 
 def _folder(trajectory: Path, motion: Motion, words: Words) -> str:
