@@ -15,7 +15,8 @@ FIBRE = (0.0022, 0.0058)
 """m, width of a muscle's element without tension and with the largest one, as there."""
 MARKER = 0.005
 """m, radius of a marker, as there."""
-SIMULATED, MEASURED, VECTOR = "#e0702a", "#2b6cb0", "#d4272e"
+SIMULATED = "#e0702a"
+"""Colour of a simulated marker, as there."""
 
 
 def srgb(colour: str) -> Floats:

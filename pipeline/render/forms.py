@@ -1,4 +1,4 @@
-"""Balls, stones and tubes as triangles."""
+"""Balls and tubes as triangles."""
 
 from __future__ import annotations
 
@@ -41,26 +41,17 @@ def copies(centres: Floats, corners: Floats, colour: str) -> Triangles:
     )
 
 
-def _hull(corners: Floats) -> tuple[Floats, Ints]:
-    """Corners on a ball and the faces between them, outward."""
-    faces = ConvexHull(corners).simplices.astype(np.int64)
-    a, b, c = corners[faces].swapaxes(0, 1)
-    inward = (np.cross(b - a, c - a) * a).sum(axis=1) < 0
-    faces[inward] = faces[inward, ::-1]
-    return corners, faces
-
-
 def ball(n: int = 200) -> tuple[Floats, Ints]:
     """Unit ball of n corners on a spiral."""
     k = np.arange(n) + 0.5
     up, turn = 1.0 - 2.0 * k / n, np.pi * (1.0 + 5**0.5) * k
     flat = np.sqrt(1.0 - up**2)
-    return _hull(np.column_stack([flat * np.cos(turn), flat * np.sin(turn), up]))
-
-
-def stone() -> tuple[Floats, Ints]:
-    """Eight-sided stone."""
-    return _hull(np.concatenate([np.eye(3), -np.eye(3)]))
+    corners = np.column_stack([flat * np.cos(turn), flat * np.sin(turn), up])
+    faces = ConvexHull(corners).simplices.astype(np.int64)
+    a, b, c = corners[faces].swapaxes(0, 1)
+    inward = (np.cross(b - a, c - a) * a).sum(axis=1) < 0
+    faces[inward] = faces[inward, ::-1]
+    return corners, faces
 
 
 def tube_faces(count: int) -> Ints:

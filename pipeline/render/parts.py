@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from pipeline.look import MARKER, MEASURED, SIMULATED, VECTOR, fibre_width, linear, ramp
-from pipeline.render.forms import Triangles, ball, copies, stone, tube_faces, tubes, unit
+from pipeline.look import MARKER, SIMULATED, fibre_width, linear, ramp
+from pipeline.render.forms import Triangles, ball, copies, tube_faces, tubes, unit
 from pipeline.render.pose import Moment
 from pipeline.scene import layers
 from sim.model.bone_shapes import Shape
@@ -21,8 +21,6 @@ from sim.physics.types import Ints
 
 Floats = NDArray[np.float64]
 
-ARROW = 0.0035
-"""m, width of the line between a simulated and a measured marker, as in the page."""
 NEARER = {"soft": 0.01, "markers": 0.02}
 """m by kind: bones that lie in a surface do not show through it, nor does it hide its markers."""
 
@@ -120,38 +118,16 @@ class Fibres:
 
 
 class Spots:
-    """Markers: balls where they are simulated, stones and lines where they were measured."""
+    """Simulated markers as balls."""
 
-    def __init__(self, seen: NDArray[np.bool_]) -> None:
-        self._seen = np.flatnonzero(seen)
-        self._ball, ball_faces = ball()
-        self._stone, stone_faces = stone()
-        n, kinds = len(seen), []
-        start = 0
-        for corners, faces, count in (
-            (self._ball, ball_faces, n),
-            (self._stone, stone_faces, len(self._seen)),
-        ):
-            shifts = start + len(corners) * np.arange(count)
-            kinds.append((shifts[:, None, None] + faces).reshape(-1, 3))
-            start += len(corners) * count
-        self.faces = np.concatenate([*kinds, start + tube_faces(len(self._seen))])
+    def __init__(self, n_markers: int) -> None:
+        self._ball, faces = ball()
+        shifts = len(self._ball) * np.arange(n_markers)
+        self.faces = (shifts[:, None, None] + faces).reshape(-1, 3)
 
     def at(self, moment: Moment) -> Triangles:
         """Return the corners at a moment."""
-        seen = moment.measured[self._seen]
-        balls = copies(moment.markers, MARKER * self._ball, SIMULATED)
-        stones = copies(seen, 1.3 * MARKER * self._stone, MEASURED)
-        ends = np.stack([moment.markers[self._seen], seen], axis=1)
-        lines = tubes(
-            ends, np.full(len(seen), 0.5 * ARROW), np.tile(linear(VECTOR), (len(seen), 1))
-        )
-        groups = (balls, stones, lines)
-        return Triangles(
-            places=np.concatenate([g.places for g in groups]),
-            normals=np.concatenate([g.normals for g in groups]),
-            colours=np.concatenate([g.colours for g in groups]),
-        )
+        return copies(moment.markers, MARKER * self._ball, SIMULATED)
 
 
 def _source(motion: Motion, row: Mapping[str, str]) -> Source | None:
@@ -163,10 +139,7 @@ def _source(motion: Motion, row: Mapping[str, str]) -> Source | None:
     if kind == "muscles" and motion.elements is not None:
         return Fibres(len(motion.elements.group))
     if kind == "markers" and motion.marker_names:
-        measured = motion.measured
-        none = np.zeros(len(motion.marker_names), dtype=bool)
-        seen = none if measured is None else np.asarray(np.isfinite(measured).all(axis=(0, 2)))
-        return Spots(seen)
+        return Spots(len(motion.marker_names))
     if kind == "soft" and name in motion.soft:
         soft = motion.soft[name]
         return Skin(name, soft.faces, soft.vertices.shape[1], colour)

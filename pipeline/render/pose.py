@@ -23,7 +23,7 @@ class Moment:
     position, rotation : (n_bodies, 3), m, and (n_bodies, 3, 3), of the bodies
     soft : (n_vertices, 3), m, by surface
     ends, level : (n_elements, 2, 3), m, of muscle elements, and their tension from 0 to 1
-    markers, measured : (n_markers, 3), m; the second without the mean offset, or not a number
+    markers : (n_markers, 3), m, simulated
     """
 
     position: Floats
@@ -32,7 +32,6 @@ class Moment:
     ends: Floats
     level: Floats
     markers: Floats
-    measured: Floats
 
 
 class Poses:
@@ -51,7 +50,6 @@ class Poses:
         self._level = np.zeros((n, 0))
         if elements is not None:
             self._level = levels(elements.tension, float(elements.tension.max(initial=0.0)))
-        self._measured = _centred(motion)
 
     def at(self, time: float) -> Moment:
         """Return the moment at a time (s) of the motion: straight between frames.
@@ -76,13 +74,4 @@ class Poses:
             ends=mixed(self._ends),
             level=mixed(self._level),
             markers=mixed(self._motion.markers),
-            measured=mixed(self._measured),
         )
-
-
-def _centred(motion: Motion) -> Floats:
-    """Measured markers without each one's mean offset, as the error table has them."""
-    if motion.measured is None:
-        return np.full_like(motion.markers, np.nan)
-    away = motion.measured - motion.markers
-    return np.asarray(motion.markers + away - away.mean(axis=0))

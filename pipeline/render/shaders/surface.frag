@@ -13,17 +13,21 @@ uniform float opacity;
 uniform bool solid;
 uniform bool glass;
 out vec4 light;
-const vec3 KEY = vec3(1.06, 0.98, 0.88), FILL = vec3(0.13, 0.16, 0.21), RIM = vec3(0.30, 0.33, 0.38);
+const vec3 KEY = vec3(0.98, 0.91, 0.82), FILL = vec3(0.13, 0.16, 0.21), RIM = vec3(0.30, 0.33, 0.38);
 const vec3 SKY = vec3(0.40, 0.43, 0.48), EARTH = vec3(0.17, 0.145, 0.125);
 const vec3 FILL_WAY = normalize(vec3(0.9, 0.05, 0.5)), RIM_WAY = normalize(vec3(0.35, 0.75, -0.75));
+// of the shadow's picture, that its edge is soft over
+const float SOFT = 0.004;
 float lit(vec3 normal) {
   vec4 seen = to_light * vec4(at + 0.004 * normal, 1.0);
   vec3 spot = 0.5 * seen.xyz / seen.w + 0.5;
   float noise = 6.2831853 * fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
-  float sum = 0.0;
+  // what is lit from aside is as much deeper within the reach of the taps as it is steep
+  float high = max(dot(normal, key), 0.2), steep = sqrt(1.0 - high * high) / high, sum = 0.0;
   for (int k = 0; k < 12; k++) {
-    float turn = 2.3999632 * float(k) + noise, far = 0.0042 * sqrt((float(k) + 0.5) / 12.0);
-    sum += texture(shadow, vec3(spot.xy + far * vec2(cos(turn), sin(turn)), spot.z - 0.0012));
+    float turn = 2.3999632 * float(k) + noise, far = SOFT * sqrt((float(k) + 0.5) / 12.0);
+    vec2 there = spot.xy + far * vec2(cos(turn), sin(turn));
+    sum += texture(shadow, vec3(there, spot.z - 0.0008 - SOFT * steep));
   }
   return sum / 12.0;
 }
@@ -42,7 +46,7 @@ void main() {
   vec3 colour = albedo * (around + KEY * key_part + FILL * fill_part + RIM * rim_part)
     + vec3(shine) + 0.04 * sky * pow(edge, 4.0);
   // bright places bend towards white instead of breaking off
-  colour = colour * (1.0 + 0.12 * colour) / (1.0 + 0.22 * colour);
+  colour = 1.3 * colour * (1.0 + 0.33 * colour) / (1.0 + 0.95 * colour);
   float much = opacity;
   if (glass) much *= mix(mix(0.45, 1.0, edge * edge), 1.0, opacity);
   light = vec4(colour * much, much);
