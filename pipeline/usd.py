@@ -98,10 +98,12 @@ class _Writer:
         for b, body in enumerate(motion.bodies):
             path = self.path("/torso/bodies", body)
             made = self.named(self.Geom.Xform.Define(self.stage, path), body)
-            place, turn = made.AddTranslateOp(), made.AddOrientOp()
+            # in single precision the library loses turns of less than a milliradian
+            turn_precision = self.Geom.XformOp.PrecisionDouble
+            place, turn = made.AddTranslateOp(), made.AddOrientOp(turn_precision)
             for frame in range(len(motion.time)):
                 place.Set(Gf.Vec3d(*motion.position[frame, b].tolist()), frame)
-                turn.Set(Gf.Quatf(*motion.quaternion[frame, b].tolist()), frame)
+                turn.Set(Gf.Quatd(*motion.quaternion[frame, b].tolist()), frame)
             for name, shape in motion.shapes.items():
                 if shape.body == body:
                     mesh = self.mesh(path, name, shape.faces, str(shape.tissue))

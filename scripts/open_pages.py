@@ -101,7 +101,9 @@ def _shoot(page: Page, out: Path, name: str, look: str) -> None:
     page.evaluate("scrollTo(0, 0)")
     page.screenshot(path=out / f"{name}_{look}.png")
     if page.locator("#viewer canvas").count():
-        page.evaluate("document.getElementById('viewer').scrollIntoView({ block: 'end' })")
+        page.evaluate(
+            "document.querySelector('#viewer canvas').scrollIntoView({ block: 'center' })"
+        )
         page.wait_for_timeout(4 * STEP_MS)
         page.screenshot(path=out / f"{name}_{look}_torso.png")
     if look == "light":
