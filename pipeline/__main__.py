@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline import configuration, places
+from pipeline.render.command import add_words
 from pipeline.skin_words import METHODS, UNITS, UPS
 from sim.errors import TorsoError
 
@@ -92,7 +93,8 @@ def _parser() -> argparse.ArgumentParser:
     view.add_argument("--out", type=Path, required=True, metavar="PAGE.html")
     export = commands.add_parser("export", help="write a trajectory for another tool")
     export.add_argument("trajectory", type=Path, metavar="TRAJECTORY.h5")
-    export.add_argument("--to", type=Path, required=True, metavar="OUT.glb|OUT.c3d|OUT.bvh")
+    export.add_argument("--to", type=Path, required=True, metavar="OUT.glb|.usdc|.abc|.bvh|.c3d")
+    add_words(commands.add_parser("render", help="draw a trajectory as a film or as pictures"))
     _add_skin(commands.add_parser("skin", help="another skin on a trajectory, or its binding"))
     commands.add_parser("simulate", help="let the torso breathe by itself", add_help=False)
     commands.add_parser("version", help="print the version")
@@ -254,6 +256,13 @@ def _skin(options: argparse.Namespace) -> int:
     return 0
 
 
+def _render(options: argparse.Namespace) -> int:
+    from pipeline.render.command import run
+
+    print(run(options), flush=True)
+    return 0
+
+
 def _version(options: argparse.Namespace) -> int:
     code = places.fingerprint(places.PACKAGE.parent)
     print(f"pleura {places.version()} (code {code}, in {places.PACKAGE.parent})")
@@ -270,7 +279,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return int(simulate(words[1:]))
         options = _parser().parse_args(words)
         actions = {"check": _check, "new": _new, "version": _version, "report": _report}
-        actions |= {"view": _view, "export": _export, "index": _index, "skin": _skin}
+        actions |= {"view": _view, "export": _export, "render": _render}
+        actions |= {"index": _index, "skin": _skin}
         actions |= {"retraining_report": _retraining_report}
         actions |= {"validate": _validate, "physiology": _physiology}
         actions |= {"reproduce": _reproduce, "papers": _papers}

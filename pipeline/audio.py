@@ -137,6 +137,15 @@ def _read_part(
     return raw, rate, first / rate, about
 
 
+def read_samples(path: Path) -> tuple[Floats, int]:
+    """Samples (n, n_channels) of a sound file as they are, full scale = 1, and their rate, Hz."""
+    try:
+        samples, rate = soundfile.read(path, dtype="float64", always_2d=True)
+    except (soundfile.LibsndfileError, OSError, ValueError) as error:
+        raise InputError(_unreadable(path, error)) from error
+    return samples, int(rate)
+
+
 def _unreadable(path: Path, error: Exception) -> str:
     """One line that names the remedy; the library's own words are for programmers."""
     try:

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from pipeline.alembic import write_alembic
 from pipeline.bvh import bvh_text
 from pipeline.c3d import write_c3d
+from pipeline.extras import need
 from pipeline.glb import glb_bytes
 from pipeline.records import write_bytes, write_text
+from pipeline.usd import write_usd
 from sim.errors import InputError
 from sim.motion import Motion, skin_surface
 from sim.trajectory import load_motion
@@ -17,13 +23,17 @@ from sim.trajectory import load_motion
 MM = 1e3
 
 
+def _told(motion: Motion) -> str:
+    return (
+        f"{len(motion.bodies)} bodies, {len(motion.shapes)} bones and cartilages,"
+        f" {len(motion.soft)} soft surfaces"
+    )
+
+
 def _glb(motion: Motion, about: dict[str, Any], out: Path) -> str:
     content, error = glb_bytes(motion, about)
     write_bytes(out, content)
-    return (
-        f"{len(motion.bodies)} bodies, {len(motion.shapes)} bones and cartilages,"
-        f" {len(motion.soft)} soft surfaces within {MM * error:.2f} mm"
-    )
+    return f"{_told(motion)} within {MM * error:.2f} mm"
 
 
 def _c3d(motion: Motion, about: dict[str, Any], out: Path) -> str:
@@ -36,7 +46,35 @@ def _bvh(motion: Motion, about: dict[str, Any], out: Path) -> str:
     return f"{len(motion.bodies)} joints"
 
 
-FORMATS = {".glb": _glb, ".c3d": _c3d, ".bvh": _bvh}
+def _rate(motion: Motion) -> float:
+    """Frames a second; those of a file are evenly spaced."""
+    n = len(motion.time)
+    return round((n - 1) / float(np.ptp(motion.time)), 6) if n > 1 else 1.0
+
+
+def _usd(motion: Motion, about: dict[str, Any], out: Path) -> str:
+    need(("pxr",), extra="usd", out=out)
+    with tempfile.TemporaryDirectory() as folder:
+        made = Path(folder) / f"torso{out.suffix.lower()}"
+        write_usd(motion, about, _rate(motion), made)
+        write_bytes(out, made.read_bytes())
+    elements = 0 if motion.elements is None else len(motion.elements.group)
+    return f"{_told(motion)}, {elements} muscle elements"
+
+
+def _abc(motion: Motion, about: dict[str, Any], out: Path) -> str:
+    need(("alembic3d",), extra="alembic", out=out)
+    with tempfile.TemporaryDirectory() as folder:
+        made = Path(folder) / "torso.abc"
+        write_alembic(motion, _rate(motion), made)
+        write_bytes(out, made.read_bytes())
+    return _told(motion)
+
+
+FORMATS = {
+    ".glb": _glb, ".c3d": _c3d, ".bvh": _bvh, ".abc": _abc,
+    ".usd": _usd, ".usda": _usd, ".usdc": _usd,
+}  # fmt: skip
 
 
 def export(trajectory: Path, out: Path) -> str:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.look import SEE_THROUGH, linear
 from pipeline.packing import principal
 from pipeline.scene import layers
 from sim.model.landmarks import vertex_normals
@@ -27,8 +28,6 @@ TOLERANCE = 2e-4
 MAGIC, JSON_CHUNK, BINARY_CHUNK = 0x46546C67, 0x4E4F534A, 0x004E4942
 FLOAT, SHORT = 5126, 5123
 VERTICES, INDICES = 34962, 34963
-SEE_THROUGH = {"skin": 0.35, "chest_cavity": 0.25, "abdomen": 0.35}
-"""Opacity of what would hide the rest."""
 WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
 
 
@@ -44,14 +43,6 @@ def turned_quaternions(quaternions: Floats) -> Floats:
     flips = np.cumsum(away, axis=0) % 2 == 1
     out[1:][flips] *= -1
     return np.asarray(out / np.linalg.norm(out, axis=-1, keepdims=True))
-
-
-def _linear(colour: str) -> list[float]:
-    """Colour of a page (sRGB) as light."""
-    light = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
-    curved = ((light + 0.055) / 1.055) ** 2.4
-    linear = np.where(light <= 0.04045, light / 12.92, curved)
-    return [round(float(v), 4) for v in linear]
 
 
 class _Writer:
@@ -131,7 +122,7 @@ class _Writer:
                 "name": row["label"],
                 "doubleSided": True,
                 "pbrMetallicRoughness": {
-                    "baseColorFactor": [*_linear(row["colour"]), alpha],
+                    "baseColorFactor": [*linear(row["colour"]), alpha],
                     "metallicFactor": 0.0,
                     "roughnessFactor": 0.7,
                 },

@@ -96,6 +96,12 @@ def follow_real() -> ModuleType:
     return _script("follow_real")
 
 
+@pytest.fixture(scope="session")
+def open_pages() -> ModuleType:
+    """The script that opens built pages in a browser."""
+    return _script("open_pages")
+
+
 def _section(name: str) -> dict[str, Any]:
     section: dict[str, Any] = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())[name]
     return section

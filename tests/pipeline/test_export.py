@@ -11,7 +11,7 @@ from pygltflib import GLTF2
 from scipy.spatial.transform import Rotation
 
 from pipeline.__main__ import main
-from pipeline.export import FORMATS, export
+from pipeline.export import export
 from sim.trajectory import save_motion
 
 FRAMES = (0, 17, 50)
@@ -23,9 +23,23 @@ def exported(small_motion, tmp_path_factory):
     source = folder / "small.h5"
     named = replace(small_motion, marker_names=("STRN", "NAVEL", "T10"))
     save_motion(source, named, {"style": "calm", "version": "0", "seed": 1})
-    for ending in FORMATS:
+    for ending in (".glb", ".c3d", ".bvh"):
         export(source, folder / f"small{ending}")
     return folder
+
+
+@pytest.fixture(scope="module")
+def usd_stage(exported):
+    usd = pytest.importorskip("pxr.Usd", reason="no usd-core: pip install '.[usd]'")
+    export(exported / "small.h5", exported / "small.usdc")
+    return usd.Stage.Open(str(exported / "small.usdc"))
+
+
+@pytest.fixture(scope="module")
+def archive(exported):
+    abc = pytest.importorskip("alembic3d", reason="no alembic3d: pip install '.[alembic]'")
+    export(exported / "small.h5", exported / "small.abc")
+    return abc.Abc.IArchive(str(exported / "small.abc"))
 
 
 class Glb:
@@ -174,10 +188,114 @@ def test_a_joint_that_stays_in_its_parent_has_no_place_in_the_bvh(exported):
     assert [len(channels) for *_, channels in joints] == [6, 3, 3]
 
 
+# frame 1 is a turn of a milliradian, which a single quaternion loses
+@pytest.mark.parametrize("frame", (*FRAMES, 1))
+def test_bones_of_the_usd_are_where_the_trajectory_has_them(usd_stage, small_motion, frame):
+    geom = pytest.importorskip("pxr.UsdGeom")
+    for name in small_motion.bodies:
+        body = f"/torso/bodies/{name.replace('-', '_')}"
+        mesh = usd_stage.GetPrimAtPath(f"{body}/{name.replace('-', '_')}")
+        own = np.array(geom.Mesh(mesh).GetPointsAttr().Get(frame))
+        matrix = np.array(geom.XformCache(frame).GetLocalToWorldTransform(mesh))
+        seen = own @ matrix[:3, :3] + matrix[3, :3]
+        assert np.allclose(seen, bone_points(small_motion, name, frame), atol=1e-6)
+        assert usd_stage.GetPrimAtPath(body).GetDisplayName() == name
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_soft_surfaces_and_markers_of_the_usd_are_those_of_the_trajectory(
+    usd_stage, small_motion, frame
+):
+    geom = pytest.importorskip("pxr.UsdGeom")
+    for name, soft in small_motion.soft.items():
+        mesh = geom.Mesh(usd_stage.GetPrimAtPath(f"/torso/soft/{name}"))
+        seen = np.array(mesh.GetPointsAttr().Get(frame))
+        assert np.allclose(seen, soft.vertices[frame], atol=1e-6)
+        faces = np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
+        assert np.array_equal(faces, soft.faces)
+    marker = usd_stage.GetPrimAtPath("/torso/markers/NAVEL")
+    place = geom.XformCache(frame).GetLocalToWorldTransform(marker).ExtractTranslation()
+    assert np.allclose(place, small_motion.markers[frame, 1], atol=1e-9)
+
+
+def test_usd_states_its_units_axes_and_clock(usd_stage, small_motion):
+    geom = pytest.importorskip("pxr.UsdGeom")
+    assert geom.GetStageMetersPerUnit(usd_stage) == 1.0
+    assert geom.GetStageUpAxis(usd_stage) == "Z"
+    assert usd_stage.GetTimeCodesPerSecond() == pytest.approx(25.0)
+    assert usd_stage.GetEndTimeCode() == len(small_motion.time) - 1
+    assert usd_stage.GetDefaultPrim().GetPath() == "/torso"
+
+
+def test_muscles_of_the_usd_grow_with_their_tension(usd_stage, small_motion):
+    geom = pytest.importorskip("pxr.UsdGeom")
+    curves = geom.BasisCurves(usd_stage.GetPrimAtPath("/torso/muscles/diaphragm"))
+    slack, tight = (np.array(curves.GetWidthsAttr().Get(frame)) for frame in (0, 25))
+    assert tight[0] > 2 * slack[0]
+    ends = np.array(curves.GetPointsAttr().Get(25))
+    assert np.allclose(ends, small_motion.elements.endpoints[25, 0], atol=1e-6)
+
+
+def test_usd_as_text_holds_the_same(usd_stage, exported):
+    usd = pytest.importorskip("pxr.Usd")
+    export(exported / "small.h5", exported / "small.usda")
+    text = usd.Stage.Open(str(exported / "small.usda"))
+    paths = [str(prim.GetPath()) for prim in text.Traverse()]
+    assert paths == [str(prim.GetPath()) for prim in usd_stage.Traverse()]
+    assert (exported / "small.usda").read_bytes().startswith(b"#usda")
+
+
+def at_frame(schema, frame):
+    """What an Alembic schema holds at a frame, asked for by its time."""
+    from alembic3d import Abc
+
+    time = schema.getTimeSampling().getSampleTime(frame)
+    return schema.getValue(Abc.ISampleSelector(time))
+
+
+def points_of(mesh, frame):
+    """Vertices of an Alembic mesh, and its faces."""
+    sample = at_frame(mesh.getSchema(), frame)
+    points = np.array([(p.x, p.y, p.z) for p in sample.getPositions()])
+    return points, np.array(list(sample.getFaceIndices())).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_alembic_is_where_the_trajectory_is(archive, small_motion, frame):
+    from alembic3d import AbcGeom
+
+    root = AbcGeom.IXform(archive.getTop(), "torso")
+    for name in small_motion.bodies:
+        body = AbcGeom.IXform(root, name)
+        rows = at_frame(body.getSchema(), frame).getMatrix()
+        matrix = np.array([[rows[i][j] for j in range(4)] for i in range(4)])
+        own, _ = points_of(AbcGeom.IPolyMesh(body, name), 0)
+        seen = own @ matrix[:3, :3] + matrix[3, :3]
+        assert np.allclose(seen, y_up(bone_points(small_motion, name, frame)), atol=1e-6)
+    for name, soft in small_motion.soft.items():
+        mesh = AbcGeom.IPolyMesh(root, name)
+        seen, faces = points_of(mesh, frame)
+        assert np.allclose(seen, y_up(soft.vertices[frame]), atol=1e-6)
+        # wound the other way round, as this format has it
+        assert np.array_equal(faces[:, ::-1], soft.faces)
+        time = mesh.getSchema().getTimeSampling().getSampleTime(frame)
+        assert time == pytest.approx(small_motion.time[frame] - small_motion.time[0])
+
+
+@pytest.mark.parametrize(("ending", "extra"), [(".usdc", "usd"), (".abc", "alembic")])
+def test_a_library_that_is_lacking_is_named(exported, monkeypatch, capsys, ending, extra):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    out = exported / f"lacking{ending}"
+    assert main(["export", str(exported / "small.h5"), "--to", str(out)]) == 1
+    told = capsys.readouterr().err
+    assert f"pip install -c requirements.lock '.[{extra}]'" in told and told.count("\n") == 1
+    assert not out.exists()
+
+
 @pytest.mark.parametrize(
     ("source", "target", "says"),
     [
-        ("small.h5", "out.fbx", "out.fbx: unknown ending. Use one of .glb, .c3d, .bvh."),
+        ("small.h5", "out.fbx", "out.fbx: unknown ending. Use one of .glb, .c3d, .bvh, .abc,"),
         ("none.h5", "out.glb", "none.h5: there is no such file."),
         ("small.bvh", "out.glb", "small.bvh: is not a trajectory of the torso"),
         ("small.h5", "small.h5/out.glb", "out.glb: cannot be written"),

@@ -120,6 +120,19 @@ def finished(in_study):
 
 
 @pytest.fixture
+def keep():
+    """Keep a file among what `.ci/run` leaves to be looked at; elsewhere nothing is kept."""
+    folder = os.environ.get("PLEURA_CI_OUTPUT")
+
+    def keep_file(path, kind="pages"):
+        if folder:
+            (Path(folder) / kind).mkdir(parents=True, exist_ok=True)
+            shutil.copy(path, Path(folder) / kind)
+
+    return keep_file
+
+
+@pytest.fixture
 def browser():
     if not shutil.which(CHROMIUM):
         pytest.skip("no chromium: apt-get install chromium")

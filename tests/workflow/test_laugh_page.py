@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
+import soundfile
 from playwright.sync_api import sync_playwright
+from scipy import signal
 
 from pipeline.view import MOST_BYTES
 
@@ -56,7 +60,7 @@ def laughing(study, data_samples):
     return study
 
 
-def test_one_command_from_sound_to_page(laughing) -> None:
+def test_one_command_from_sound_to_page(laughing, keep) -> None:
     run = laughing.run("snakemake", "reports/ha.html", timeout=600)
     assert run.returncode == 0, run.stdout + run.stderr
     results = laughing.folder / "results" / "ha"
@@ -66,7 +70,39 @@ def test_one_command_from_sound_to_page(laughing) -> None:
         assert (results / name).stat().st_size > 0
     again = laughing.run("snakemake", "reports/ha.html", timeout=120)
     assert "Nothing to be done" in again.stdout + again.stderr
+    keep(laughing.folder / "reports" / "ha.html")
     _check_page(laughing.folder / "reports" / "ha.html")
+    _check_film(laughing, results, keep)
+
+
+def _check_film(laughing, results: Path, keep) -> None:
+    """The torso and its sound in a film, the sound where the page has it."""
+    out = laughing.folder / "ha.mp4"
+    words = ("--sound", "data/ha.flac", "--from-s", "0.4", "--until-s", "1.2", "--size", "480x480")
+    run = laughing.run("pleura", "render", str(results / "trajectory.h5"), "--to", str(out), *words)
+    if "no GL library" in run.stderr or "not installed" in run.stderr:
+        return
+    assert run.returncode == 0, run.stderr
+    heard = [f.to_ndarray() for f in _frames(out, "audio")]
+    film = np.concatenate(heard, axis=1)[0]
+    samples, rate = soundfile.read(laughing.folder / "data" / "ha.flac")
+    starts = json.loads((results / "follow.json").read_text())["control_starts_at_s"]
+    first = round((0.4 + starts) * rate)
+    part = signal.resample(samples[first : first + round(0.8 * rate)], round(0.8 * 48000))
+    lag = np.argmax(signal.correlate(film[: len(part)], part)) - len(part) + 1
+    assert abs(lag) / 48000 < 0.005
+    pictures = [f.to_ndarray(format="rgb24").astype(int) for f in _frames(out, "video")]
+    assert len(pictures) == 24
+    assert all(np.abs(picture - picture[2, 2]).max() > 60 for picture in pictures)
+    assert np.abs(pictures[0] - pictures[12]).max() > 60
+    keep(out, "films")
+
+
+def _frames(path: Path, kind: str):
+    import av
+
+    with av.open(str(path)) as film:
+        return list(film.decode(**{kind: 0}))
 
 
 def _check_page(path: Path) -> None:

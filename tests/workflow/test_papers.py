@@ -13,11 +13,12 @@ pytestmark = pytest.mark.slow
 SMALL = "papers:\n  map_contractions: 3\n  map_periods: 3\n  map_batch: 2\n"
 
 
-def test_papers_page_from_nothing(study):
+def test_papers_page_from_nothing(study, keep):
     (Path(study.folder) / "config" / "config.yaml").write_text(SMALL, encoding="utf-8")
     run = study.run("snakemake", "reports/papers.html", timeout=1800)
     assert run.returncode == 0, run.stderr
     reports = Path(study.folder) / "reports"
+    keep(reports / "papers.html")
     with (reports / "papers.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) > len(read_printed())

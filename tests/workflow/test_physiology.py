@@ -12,10 +12,11 @@ from pipeline.validation.table import read_bands
 pytestmark = pytest.mark.slow
 
 
-def test_physiology_page_from_nothing(study):
+def test_physiology_page_from_nothing(study, keep):
     run = study.run("snakemake", "reports/physiology.html", timeout=1800)
     assert run.returncode == 0, run.stderr
     reports = Path(study.folder) / "reports"
+    keep(reports / "physiology.html")
     with (reports / "physiology.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == len(read_bands())

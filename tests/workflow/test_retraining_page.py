@@ -95,7 +95,8 @@ def test_it_answers_for_its_recording_alone_and_its_name_is_reserved(finished):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("motion", ["no-preference", "reduce"])
-def test_steps_are_played_one_by_one_and_the_pace_is_told(browser, page, motion):
+def test_steps_are_played_one_by_one_and_the_pace_is_told(browser, page, keep, motion):
+    keep(page)
     opened = browser.new_page(viewport={"width": 390, "height": 844}, reduced_motion=motion)
     said, asked = [], []
     opened.on("pageerror", lambda error: said.append(str(error)))
