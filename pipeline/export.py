@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ from pipeline.glb import glb_bytes
 from pipeline.records import write_bytes, write_text
 from pipeline.usd import write_usd
 from sim.errors import InputError
-from sim.motion import Motion, skin_surface
+from sim.motion import Motion, skinned
 from sim.trajectory import load_motion
 
 MM = 1e3
@@ -89,7 +88,7 @@ def export(trajectory: Path, out: Path) -> str:
     if write is None:
         raise InputError(f"{out}: unknown ending. Use one of {', '.join(FORMATS)}.")
     motion, about = load_motion(trajectory)
-    motion = replace(motion, soft=motion.soft | {"skin": skin_surface(motion)})
+    motion = skinned(motion)
     try:
         told = write(motion, about, out)
     except OSError as error:

@@ -288,6 +288,11 @@ def skin_surface(motion: Motion) -> Soft:
     return Soft(vertices=places, faces=motion.skin.faces)
 
 
+def skinned(motion: Motion) -> Motion:
+    """The same motion with `skin_surface` for its surface `skin`, to be drawn or written."""
+    return replace(motion, soft=motion.soft | {"skin": skin_surface(motion)})
+
+
 def still_motion(resting: RestingTorso, state: engine.State, posture: str) -> Motion:
     """A state as a motion of one frame; its pressures are not known (not a number)."""
     return motion(resting, _still(resting, state), posture=posture)

@@ -16,7 +16,7 @@ from pipeline.render.parts import Part, parts
 from pipeline.render.pose import Poses
 from pipeline.render.stage import Picture, Stage
 from sim.errors import InputError
-from sim.motion import Motion
+from sim.motion import Motion, skinned
 from sim.trajectory import load_motion
 from sim.writing import whole_file
 
@@ -153,7 +153,7 @@ def render(trajectory: Path, words: Words) -> str:
         raise InputError(
             f"{words.to}: unknown ending. Use .mp4, .png, or none for a folder of pictures."
         )
-    motion, _ = load_motion(trajectory)
+    motion = skinned(load_motion(trajectory)[0])
     try:
         return f"{words.to}: {write(trajectory, motion, words)}"
     except OSError as error:

@@ -13,11 +13,12 @@ from scipy.spatial.transform import Rotation
 
 from pipeline import look
 from pipeline.__main__ import main
-from pipeline.render import camera, order, sound
+from pipeline.render import camera, order, sound, write
 from pipeline.render.parts import parts
 from pipeline.render.pose import Poses
 from pipeline.scene import layers
 from sim.errors import InputError
+from sim.motion import skin_surface
 from sim.trajectory import save_motion
 
 FIGURE = Path(look.__file__).parent / "viewer" / "src" / "figure.js"
@@ -239,3 +240,16 @@ def test_a_film_has_the_pictures_and_the_sound_it_was_given(tmp_path, channels):
         assert got.shape[0] == channels
         assert got.shape[1] / 48000 == pytest.approx(0.75, abs=0.03)
         assert np.sqrt((got**2).mean()) == pytest.approx(0.5 / np.sqrt(2), rel=0.05)
+
+
+def test_a_film_draws_the_human_skin(dressed_motion, tmp_path, monkeypatch, capsys):
+    path = tmp_path / "dressed.h5"
+    save_motion(path, dressed_motion, {"style": "calm"})
+    drawn = []
+    monkeypatch.setitem(
+        write.WRITERS, "", lambda trajectory, motion, words: drawn.append(motion) or "drawn"
+    )
+    assert main(["render", str(path), "--to", str(tmp_path / "frames")]) == 0
+    human = skin_surface(dressed_motion)
+    assert np.allclose(drawn[0].soft["skin"].vertices, human.vertices, atol=1e-6)
+    assert not np.allclose(human.vertices, dressed_motion.soft["skin"].vertices, atol=0.01)
