@@ -54,6 +54,12 @@ RATE_TO_REPLACE = 123.456
 BACK = {"C7", "T10", "L1", "LBAK", "RBAK"}
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the files that hold a test of minutes: a file runs on one process."""
+    long = {item.path for item in items if item.get_closest_marker("minutes")}
+    items.sort(key=lambda item: item.path not in long)
+
+
 @pytest.fixture(scope="session")
 def data_real() -> Path:
     """Folder of real recordings next to the repository; they are never part of it."""

@@ -214,6 +214,7 @@ def test_other_sounds_are_followed(kind: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.minutes
 def test_every_real_sound_ends_in_a_page_or_a_line(
     data_real: Path, tmp_path: Path, follow_real: ModuleType
 ) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from pipeline.papers.table import read_printed
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.minutes]
 SMALL = "papers:\n  map_contractions: 3\n  map_periods: 3\n  map_batch: 2\n"
 
 

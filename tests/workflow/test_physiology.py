@@ -9,7 +9,7 @@ import pytest
 
 from pipeline.validation.table import read_bands
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.minutes]
 
 
 def test_physiology_page_from_nothing(study, keep):
