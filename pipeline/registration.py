@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from pipeline.body import remove_trunk
 from pipeline.model import BreathModel, Runs
+from pipeline.nearest import Nearest, nearest_on_mesh
 from pipeline.settings import FitSettings
-from pipeline.skin import Nearest, nearest_on_mesh
 from sim.errors import InputError
 
 Floats = NDArray[np.float64]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pipeline.nearest import nearest_on_mesh
 from pipeline.registration import as_recorded, register
-from pipeline.skin import nearest_on_mesh
 from sim.errors import InputError
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
