@@ -63,9 +63,12 @@ def cough_figures(run: Run, resting: RestingTorso) -> Figures:
 
 
 def sneeze_figures(run: Run, resting: RestingTorso) -> Figures:
-    """The same of a sneeze, and how long its expiration lasts, s."""
-    t, time = run.trajectory, run.motion.time
+    """The same of a sneeze, and how long its burst lasts, s; what wavers after it is no part."""
+    flow, time = run.trajectory.flow, run.motion.time
     out = cough_figures(run, resting)
-    fast = np.flatnonzero(t.flow > PROMINENCE * t.flow.max())
-    out["expiration"] = float(time[fast[-1]] - time[fast[0]])
+    peak, slow = int(flow.argmax()), flow <= PROMINENCE * flow.max()
+    after = np.flatnonzero(slow[peak:])
+    end = peak + int(after[0]) if len(after) else len(flow) - 1
+    start = int(np.flatnonzero(slow[:peak])[-1]) if slow[:peak].any() else 0
+    out["expiration"] = float(time[end] - time[start])
     return out
