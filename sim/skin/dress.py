@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import pickle
 from collections.abc import Mapping
 
 import numpy as np
@@ -22,6 +24,9 @@ from sim.skin.frame import RestPose, underneath
 from sim.skin.place import place_skin
 
 Faces = Ints
+KEPT = 4
+"""Dressed torsos kept: the same one is shown, played and exported again."""
+_kept: dict[str, BoundSkin] = {}
 
 
 def dress(
@@ -33,7 +38,7 @@ def dress(
     fat_layer: float | None = None,
     method: str = SMOOTH,
 ) -> BoundSkin:
-    """A human skin over a torso at rest, bound to it.
+    """A human skin over a torso at rest, bound to it; the last few are remembered, not to be changed.
 
     Parameters
     ----------
@@ -45,6 +50,23 @@ def dress(
     """
     years = usual_age(rest.subject) if age is None else age
     layer = skin_parameters()["fat_layer"] if fat_layer is None else fat_layer
+    asked = pickle.dumps((rest, dict(shapes), belly, years, layer, method))
+    key = hashlib.sha256(asked).hexdigest()
+    if key not in _kept:
+        while len(_kept) >= KEPT:
+            del _kept[next(iter(_kept))]
+        _kept[key] = _dress(rest, shapes, belly, years, layer, method)
+    return _kept[key]
+
+
+def _dress(
+    rest: RestPose,
+    shapes: Mapping[str, Shape],
+    belly: Faces,
+    years: float,
+    layer: float,
+    method: str,
+) -> BoundSkin:
     person = Person(subject=rest.subject, age=years)
     mesh, average = (body_mesh(person, b) for b in (find_build(person), average_build(person)))
     vertices = place_skin(mesh, average, rest, underneath(rest, shapes), fat_layer=layer)

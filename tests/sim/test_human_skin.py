@@ -183,3 +183,11 @@ def test_nothing_pokes_through_and_nothing_tears(resting: RestingTorso, style: s
         a, b, c = (places[skin.faces[:, k]] for k in range(3))
         p, q, r = (skin.vertices[skin.faces[:, k]] for k in range(3))
         assert ((np.cross(b - a, c - a) * np.cross(q - p, r - p)).sum(axis=1) > 0).all()
+
+
+def test_a_torso_is_dressed_once(resting: RestingTorso) -> None:
+    still = rest_motion(resting, "upright")
+    first, again = dressed(still).skin, dressed(rest_motion(resting, "upright")).skin
+    assert first is again
+    older = dressed(still, age=70.0).skin
+    assert older is not None and older is not first and older.about["age_years"] == 70.0
