@@ -16,8 +16,10 @@ def build_links(points: Points, skeleton: Skeleton, anatomy: Anatomy, p: Paramet
 
     A rib's tip rides on its cartilage. Rib and cartilage are also one bar, joined to the sternum
     by a joint that turns: a rib that turns carries the sternum along, as far as the cartilage, a
-    cantilever of length L, does not bend (3 E I / L^3). Stiffnesses go with the size, as those of
-    bodies of one shape and material.
+    cantilever of length L, does not bend (3 E I / L^3). Along its chord a cartilage is as soft as
+    its bend lets it be, a bent bar, so that goes with 1 / L^3 too: the short ones of the upper ribs
+    hold, the long ones of ribs 5 to 7 give. Stiffnesses go with the size, as those of bodies of one
+    shape and material.
     """
     a, b, axes, along, across = [], [], [], [], []
     size = float(np.prod(anatomy.scale)) ** (1.0 / 3.0)
@@ -33,13 +35,14 @@ def build_links(points: Points, skeleton: Skeleton, anatomy: Anatomy, p: Paramet
             length = float(np.linalg.norm(inner - tip))
             axes.append((inner - tip) / length)
             kind = "first" if rib == 1 else "true" if rib <= 7 else "false"
-            along.append(size * p[f"link_along_{kind}"])
+            slender = (size * p["link_length"] / length) ** 3 if kind == "true" else 1.0
+            along.append(size * slender * p[f"link_along_{kind}"])
             across.append(size * p[f"link_across_{kind}"])
             if kind == "true":
                 a.append(points.add(skeleton.body[f"rib_{letter}{rib}"], inner))
                 b.append(points.add(skeleton.body["sternum"], inner))
                 axes.append(axes[-1])
-                along.append(size * p["bar_along"])
+                along.append(size * slender * p["bar_along"])
                 across.append(rigidity / length**3)
     return Links(
         a=points.resolve(a),
