@@ -17,7 +17,7 @@ from sim.control.writer import format_controls, write_controls
 from sim.errors import ControlFileError
 from sim.model.muscles import MUSCLE_GROUPS
 from sim.model.spine import DIRECTIONS, JOINTS
-from sim.simulate import LEVELS, group_activation
+from sim.simulate import BREATH_STEP, LEVELS, group_activation
 
 PRINTED = """<?xml version="1.0" ?>
 <controls>
@@ -49,12 +49,13 @@ def test_the_printed_example() -> None:
     assert controls.run_duration == 12.0 and controls.run_cycle(12.0) == 4.0
     drive = controls.drive(12.0)
     found = {name: drive.activation[:, MUSCLE_GROUPS.index(name)] for name in names}
-    second = np.arange(0, 6000, 500)
+    one = round(1.0 / BREATH_STEP)
+    second = np.arange(12) * one
     assert found["diaphragm"][second].tolist() == [1.0, 1.0] + [0.0] * 10
     # r = 0.7 is an activation of 0.6; r over 1 is none: a muscle cannot push
     outer = [0.0, 0.6, 0.0, 0.0] * 3
     assert found["external_intercostals"][second] == pytest.approx(outer, abs=1e-9)
-    assert found["internal_intercostals"][second + 1000 - 2000 * (second >= 5000)] == pytest.approx(
+    assert found["internal_intercostals"][second + 2 * one - 4 * one * (second >= 10 * one)] == pytest.approx(
         outer, abs=1e-9
     )
     written = format_controls(controls)
@@ -208,7 +209,8 @@ def test_larynx_and_spine() -> None:
         "</controls>"
     ).drive(1.0)
     assert drive.larynx is not None and drive.bend is not None
-    assert drive.larynx[[0, 249, 250, 349, 350]] == pytest.approx(
+    closed, opened = round(0.5 / BREATH_STEP), round(0.7 / BREATH_STEP)
+    assert drive.larynx[[0, closed - 1, closed, opened - 1, opened]] == pytest.approx(
         [30 * 98066.5, 30 * 98066.5, CLOSED, CLOSED, 30 * 98066.5]
     )
     assert np.degrees(drive.bend[0, :, 1].sum()) == pytest.approx(20.0)
