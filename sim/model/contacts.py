@@ -45,24 +45,17 @@ TIE = 1e-6
 def build_contacts(x: Floats, dome: Ints, sheet: Ints, axis: float) -> Contacts:
     """Contacts of the particles `dome` with the faces `sheet` (n, 3), seen from the axis X, m."""
     weight, normal = np.zeros(3), np.zeros(3)
-    point, start, share = [], [], []
+    start = []
     for p in dome:
         inside = np.array(
             [cross_sheet(x, sheet, g, p, axis, weight, normal)[1] for g in range(len(sheet))]
         )
-        # in the mid-plane two mirrored faces are as good: half of either, not what rounding says
-        best = np.flatnonzero(inside > inside.max() - TIE)
-        side = x[sheet[best], 1].mean(axis=1)
-        pair = [int(best[side.argmax()]), int(best[side.argmin()])]
-        chosen = pair if side.max() > 0.0 > side.min() else [int(best[0])]
-        point += [p] * len(chosen)
-        start += chosen
-        share += [1.0 / len(chosen)] * len(chosen)
+        # in the mid-plane two mirrored faces are as good: the first, not what rounding says
+        start.append(int(np.argmax(inside > inside.max() - TIE)))
     return Contacts(
-        point=np.array(point, dtype=np.int64),
+        point=dome,
         face=sheet,
         neighbour=_neighbours(sheet),
         start=np.array(start, dtype=np.int64),
-        share=np.array(share),
         axis=axis,
     )

@@ -22,9 +22,7 @@ from sim.physics.work import Work
 COUPLED = 1.0
 """Times its mass, what a thread between a particle and a body adds to either; 2 would bound it."""
 NEAR = 0.004
-"""Gap below which contact is in the matrix, m. More holds back bones and dome where nothing touches."""
-ALONG, ACROSS = 2.0, 0.6
-"""Times its mass, what a contact adds along its normal, and across it for the turn to another face."""
+"""Gap below which contact is in the matrix, m: it may close before the next refresh."""
 
 
 @inner
@@ -132,21 +130,20 @@ def _add_threads(plant: Plant, work: Work, step: float, activation: Floats, cent
 
 @inner
 def _add_contacts(plant: Plant, work: Work, step: float, centre: Floats) -> None:
-    """Contact along its normal and a part across: a particle may pass to another face at any step."""
+    """Contact in every direction of the particle: it may pass to another face at any step."""
     contacts, constants, tree, matrix = plant.contacts, plant.constants, plant.tree, work.matrix
     x, bound = work.x, plant.point_body.shape[0]
     weight, normal = np.empty(3), np.empty(3)
-    once = step * step * constants.contact_stiffness + step * constants.contact_damping
+    mass = 2.0 * (step * step * constants.contact_stiffness + step * constants.contact_damping)
     for i in range(contacts.point.shape[0]):
         p, face = contacts.point[i], contacts.face[work.held[i]]
         gap, inside = cross_sheet(x, contacts.face, work.held[i], p, contacts.axis, weight, normal)
         if inside < -EDGE or gap > NEAR:
             continue
-        nx, ny, nz = normal[0], normal[1], normal[2]
-        m = (nx * nx, nx * ny, nx * nz, ny * ny, ny * nz, nz * nz)
-        _add_block(m, (ALONG - ACROSS) * once, matrix.diagonal, p - bound)
         for c in range(3):
-            matrix.diagonal[p - bound, c, c] += ACROSS * once
+            matrix.diagonal[p - bound, c, c] += mass
+        nx, ny, nz = normal[0], normal[1], mass * normal[2]
+        m = (mass * nx * nx, mass * nx * ny, nx * nz, mass * ny * ny, ny * nz, normal[2] * nz)
         for k in range(3):
             body = plant.point_body[face[k]]
             r = arm(x, face[k], centre, tree.body_root[body])
@@ -154,8 +151,7 @@ def _add_contacts(plant: Plant, work: Work, step: float, centre: Floats) -> None
                 other = plant.point_body[face[j]]
                 if other <= body:
                     s = arm(x, face[j], centre, tree.body_root[other])
-                    share = ALONG * once * weight[k] * weight[j]
-                    add_mass(m, share, r, s, matrix.pairs, body, other)
+                    add_mass(m, weight[k] * weight[j], r, s, matrix.pairs, body, other)
                     matrix.joined[body, other] = 1.0
 
 

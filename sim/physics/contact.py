@@ -125,7 +125,7 @@ def add_contacts(
         vz = v[p, 2] - r * v[i, 2] - s * v[j, 2] - t * v[k, 2]
         closing = -(vx * nx + vy * ny + vz * nz)
         # Past its edge a face lets go little by little, so that no particle is dropped at once.
-        hold = contacts.share[n] * min(1.0, 1.0 + inside / EDGE)
+        hold = min(1.0, 1.0 + inside / EDGE)
         # Stiffness and damping grow from nothing over the first part: no chatter at the touch.
         part = min(depth, constants.contact_gap)
         touch = part * part / (2.0 * constants.contact_gap) + depth - part

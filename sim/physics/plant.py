@@ -110,8 +110,6 @@ class Contacts(NamedTuple):
     """(n_sheet_faces, k), faces that share a vertex, -1 padded"""
     start: Ints
     """(n_contacts,), face beside each particle as built"""
-    share: Floats
-    """(n_contacts,), of the contact: a half for each of the two faces beside a mid-plane particle"""
     axis: float
     """X of the vertical axis that the gap is measured from, m"""
 

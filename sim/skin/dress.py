@@ -38,7 +38,7 @@ def dress(
     fat_layer: float | None = None,
     method: str = SMOOTH,
 ) -> BoundSkin:
-    """A human skin over a torso at rest, bound to it; the last few are remembered, not to be changed.
+    """A human skin over a torso at rest, bound to it; the last few are kept, not to be changed.
 
     Parameters
     ----------

@@ -55,9 +55,9 @@ def test_the_printed_example() -> None:
     # r = 0.7 is an activation of 0.6; r over 1 is none: a muscle cannot push
     outer = [0.0, 0.6, 0.0, 0.0] * 3
     assert found["external_intercostals"][second] == pytest.approx(outer, abs=1e-9)
-    assert found["internal_intercostals"][second + 2 * one - 4 * one * (second >= 10 * one)] == pytest.approx(
-        outer, abs=1e-9
-    )
+    assert found["internal_intercostals"][
+        second + 2 * one - 4 * one * (second >= 10 * one)
+    ] == pytest.approx(outer, abs=1e-9)
     written = format_controls(controls)
     assert "inner" not in written and "outer" not in written
     assert parse(written) == controls

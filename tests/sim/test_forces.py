@@ -37,7 +37,7 @@ def ring(n: int = 12, rows: int = 4, radius: float = 0.1) -> tuple[Floats, Conta
         neighbour[f, : len(row)] = row
     contacts = Contacts(
         point=np.array([len(points)]), face=face, neighbour=neighbour,
-        start=np.zeros(1, dtype=np.int64), share=np.ones(1), axis=0.0,
+        start=np.zeros(1, dtype=np.int64), axis=0.0,
     )  # fmt: skip
     return np.array([*points, [0.05, 0.0, 0.02]]), contacts
 
