@@ -21,8 +21,8 @@ from sim.physics.work import Work
 
 COUPLED = 1.0
 """Times its mass, what a thread between a particle and a body adds to either; 2 would bound it."""
-NEAR = 0.004
-"""Gap below which contact is in the matrix, m: it may close before the next refresh."""
+NEAR = 0.012
+"""Gap below which contact is in the matrix: it may close before the next refresh, m."""
 
 
 @inner
