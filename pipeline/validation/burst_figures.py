@@ -7,6 +7,7 @@ import numpy as np
 from pipeline.validation.behaviours import Run
 from pipeline.validation.static_figures import MMHG, Figures
 from sim.events import burst_frames, burst_rate, fall_shares
+from sim.physics.types import Floats
 from sim.resting import RestingTorso
 from sim.units import PASCAL_PER_CMH2O as CMH2O
 
@@ -37,15 +38,10 @@ def cough_figures(run: Run, resting: RestingTorso) -> Figures:
     """Gastric pressure, cmH2O; flow, L/s; volumes, L; times of the strongest cough of a run."""
     t, time = run.trajectory, run.motion.time
     peak = int(np.argmax(t.flow))
-    shut = peak
-    while shut > 0 and t.flow[shut] > STILL:
-        shut -= 1
-    begin = shut
+    start, end = _around(t.flow, peak, STILL)
+    begin = shut = max(start - 1, 0)
     while begin > 0 and abs(t.flow[begin - 1]) < STILL:
         begin -= 1
-    end = peak
-    while end + 1 < len(t.flow) and t.flow[end + 1] > STILL:
-        end += 1
     rate = np.gradient(t.pleural, time) / CMH2O
     gastric = float(t.abdominal.max() - t.abdominal[0]) / CMH2O
     return {
@@ -65,10 +61,16 @@ def cough_figures(run: Run, resting: RestingTorso) -> Figures:
 def sneeze_figures(run: Run, resting: RestingTorso) -> Figures:
     """The same of a sneeze, and how long its burst lasts, s; what wavers after it is no part."""
     flow, time = run.trajectory.flow, run.motion.time
-    out = cough_figures(run, resting)
-    peak, slow = int(flow.argmax()), flow <= PROMINENCE * flow.max()
-    after = np.flatnonzero(slow[peak:])
-    end = peak + int(after[0]) if len(after) else len(flow) - 1
-    start = int(np.flatnonzero(slow[:peak])[-1]) if slow[:peak].any() else 0
-    out["expiration"] = float(time[end] - time[start])
-    return out
+    peak = int(np.argmax(flow))
+    start, end = _around(flow, peak, PROMINENCE * float(flow[peak]))
+    return cough_figures(run, resting) | {"expiration": float(time[end] - time[start])}
+
+
+def _around(flow: Floats, peak: int, level: float) -> tuple[int, int]:
+    """First and last frame about a peak in which the flow stays above a level."""
+    start = end = peak
+    while start > 0 and flow[start - 1] > level:
+        start -= 1
+    while end + 1 < len(flow) and flow[end + 1] > level:
+        end += 1
+    return start, end
