@@ -19,6 +19,7 @@ from sim.bones import (
     mj_rne,
 )
 from sim.drive import Drive, Record, Schedule, State, make_drive, make_record
+from sim.physics.age import too_old
 from sim.physics.ball import add_ball
 from sim.physics.borrow import borrow
 from sim.physics.cavities import add_cavities
@@ -29,7 +30,6 @@ from sim.physics.joints import add_joints
 from sim.physics.plant import Plant
 from sim.physics.rigid import move_points, place_points, project
 from sim.physics.system import refresh, solve_step
-from sim.physics.turning import loosest
 from sim.physics.types import Floats, Ints
 from sim.physics.work import Work
 
@@ -48,11 +48,6 @@ __all__ = [
 
 FAR = 0.01
 """m; once the fastest point has gone so far, contacts and arms differ: the matrix is renewed."""
-LOOSE = 0.6
-"""Share of what the matrix holds across a fibre's line that may act there before it is renewed."""
-MORE, LESS, SLIGHT = 4.0 / 3.0, 0.5, 0.02
-"""A group's activation over that of the matrix at which it is renewed: its fibres resist as much
-more or less. More leaves the bound of a stable step, less only slows; slight ones do neither."""
 FOLLOW_EVERY = 2
 """Steps after which the diaphragm particles look for the face beside them."""
 
@@ -82,7 +77,7 @@ def add_elastic(bones: Bones, plant: Plant, work: Work, activation: Floats) -> N
     add_muscles(x, v, plant.muscles, plant.constants, activation, work.fibres, f)
     add_tissue(x, v, plant.tissue, work.strings, f)
     add_links(x, v, plant.links, plant.point_body, bones.rotation, f)
-    add_contacts(x, v, plant.contacts, plant.constants, work.held, work.gap, f)
+    add_contacts(x, v, plant.contacts, plant.constants, work.held, work.sheet_normal, work.gap, f)
 
 
 @compiled
@@ -176,7 +171,7 @@ def _advance(
         for c in range(3):
             work.change[n_dof + 3 * p + c] = step * work.f[bound + p, c]
     solve_step(
-        plant.pattern, work.matrix, work.change,
+        plant.tree, plant.pattern, work.matrix, work.change,
         step * step * belly_stiffness, step * step * chest_stiffness,
     )  # fmt: skip
     state.gas[0] = left
@@ -194,16 +189,6 @@ def _keep(record: Record, frame: int, work: Work, state: State, out: Floats, spe
     record.scalars[frame, 8] = speed
     if record.tension.shape[0] > 0:
         record.tension[frame] = work.fibres.tension
-
-
-@inner
-def _differs(activation: Floats, known: Floats) -> bool:
-    """Whether a group resists by much more or less than the matrix has it."""
-    for g in range(known.shape[0]):
-        level, had = activation[g], known[g]
-        if level > MORE * had + SLIGHT or level < LESS * had - SLIGHT:
-            return True
-    return False
 
 
 @compiled
@@ -226,17 +211,14 @@ def run(
     state, drive, record = borrow(state), borrow(drive), borrow(record)
     step, out = schedule.step, np.empty(7)
     frame, gone, refreshed = 0, 0.0, -schedule.refresh_every
-    known = drive.activation[0].copy()
     for i in range(drive.activation.shape[0]):
         activation = drive.activation[i]
         predict(bones, plant, work, state, step)
         if i % FOLLOW_EVERY == 0:
-            follow_sheet(work.x, plant.contacts, work.held)
+            follow_sheet(work.x, plant.contacts, work.held, work.sheet_normal)
         due = i - refreshed >= schedule.refresh_every or gone >= FAR
-        due = due or loosest(work.x, plant.muscles, work.lines) >= LOOSE
-        if due or _differs(activation, known):
+        if due or too_old(plant.muscles, work, activation):
             refreshed, gone = i, 0.0
-            known[:] = activation
             work.f[:] = 0.0
             add_elastic(bones, plant, work, activation)
             mj_makeM(bones.model, bones.data)

@@ -25,15 +25,13 @@ from sim.physics.types import Floats
 from sim.physics.work import Work, make_work
 
 GRAVITY = {"upright": (0.0, 0.0, -9.81), "supine": (-9.81, 0.0, 0.0)}
-SETTLE_STEP = 0.002
+SETTLE_STEP = 0.004
 SETTLE_DRAG = 6.0
 FIRST_DRAG = 60.0
 SETTLE_STAGES = ((0.5, FIRST_DRAG), *((0.6, 12.0),) * 8)
 """Duration, s, and drag, 1/s: the built pose is some way off, so the first is stiff as honey."""
 LAST_STAGE = 6.0
 """s with the true bulk modulus; after 2 s the wall of a small woman still crept by 2 mm."""
-N_MOMENTS, MOMENT = 50, 0.02
-"""Moments, and s between them, over which the forces on the bones are averaged."""
 HOLD = 1e9
 """Mass that holds a degree of freedom in place."""
 
@@ -123,7 +121,7 @@ def settle(
     silent = np.zeros((n, len(MUSCLE_GROUPS)))
     drive = engine.make_drive(silent, gravity=gravity, locked=locked, pleural=pleural)
     schedule = engine.Schedule(
-        step=SETTLE_STEP, refresh_every=10, record_every=n + 1, drag=drag, speed_limit=20.0
+        step=SETTLE_STEP, refresh_every=50, record_every=n + 1, drag=drag, speed_limit=20.0
     )
     machine.set_gravity(gravity)
     done = engine.run(machine.bones, plant, machine.work, state, schedule, drive, no_record(torso))
@@ -194,10 +192,9 @@ def _slacken(torso: Torso, machine: Machine, plant: Plant, state: engine.State) 
     model, pleural = torso.skeleton.model, torso.parameters["end_expiratory_pleural"]
     sternum = int(model.joint("sternum").dofadr[0])
     fixed = np.concatenate([np.arange(sternum, sternum + 6), plant.joints.hinge_dof])
-    chatter = _chatter(torso, machine, plant, state)
     for _ in range(4):
         joints, links = plant.joints, plant.links
-        tau = residual(machine, plant, state, GRAVITY["upright"], pleural) + chatter
+        tau = residual(machine, plant, state, GRAVITY["upright"], pleural)
         rows = _link_rows(torso, machine, plant)
         pull = np.linalg.lstsq(rows[:, fixed].T, -tau[fixed], rcond=None)[0]
         tau += rows.T @ pull
@@ -212,21 +209,6 @@ def _slacken(torso: Torso, machine: Machine, plant: Plant, state: engine.State) 
             joints=joints._replace(ball_rest=rest, hinge_rest=hinge), point_local=local
         )
     return plant
-
-
-def _chatter(torso: Torso, machine: Machine, plant: Plant, state: engine.State) -> Floats:
-    """(n_dof,), mean force on the held bones over a while less that of the moment at its end.
-
-    The contact of diaphragm and ribs never quite comes to rest; one moment of it is off by some
-    0.04 cmH2O, which the soft rib cage answers with several millilitres.
-    """
-    pleural = torso.parameters["end_expiratory_pleural"]
-    forces = []
-    for _ in range(N_MOMENTS):
-        settle(torso, machine, state, plant, GRAVITY["upright"], duration=MOMENT,
-               locked=_free_tendon(torso), pleural=pleural)  # fmt: skip
-        forces.append(residual(machine, plant, state, GRAVITY["upright"], pleural))
-    return np.asarray(np.mean(forces, axis=0) - forces[-1])
 
 
 def _link_stretch(links: Links, pull: Floats) -> Floats:

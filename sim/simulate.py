@@ -21,7 +21,7 @@ from sim.resting import RestingTorso
 from sim.tables import Parameters
 from sim.tables import parameters as calibrated
 
-BREATH_STEP = 0.002
+BREATH_STEP = 0.004
 """s; halving it changes a tidal volume by less than 1 % (tests/sim/test_breaths.py)."""
 REFRESH = 150
 """Steps for which a factorisation serves."""

@@ -93,10 +93,11 @@ def _gaps(resting: RestingTorso, x: Floats) -> dict[int, float]:
     """Gap between each diaphragm particle and the rib cage, m; 1 where there is no face."""
     contacts = resting.torso.plant.contacts
     held = contacts.start.copy()
-    follow_sheet(x, contacts, held)
-    weight, normal, out = np.empty(3), np.empty(3), {}
+    normals, weight, normal = np.zeros_like(x), np.empty(3), np.empty(3)
+    follow_sheet(x, contacts, held, normals)
+    out = {}
     for p, g in zip(contacts.point.tolist(), held.tolist(), strict=True):
-        gap, inside = cross_sheet(x, contacts.face, g, p, contacts.axis, weight, normal)
+        gap, inside = cross_sheet(x, contacts.face, g, p, contacts.axis, normals, weight, normal)
         out[p] = gap if inside >= -EDGE else 1.0
     return out
 

@@ -44,11 +44,14 @@ TIE = 1e-6
 
 def build_contacts(x: Floats, dome: Ints, sheet: Ints, axis: float) -> Contacts:
     """Contacts of the particles `dome` with the faces `sheet` (n, 3), seen from the axis X, m."""
-    weight, normal = np.zeros(3), np.zeros(3)
+    weight, normal, normals = np.zeros(3), np.zeros(3), np.zeros_like(x)
     start = []
     for p in dome:
         inside = np.array(
-            [cross_sheet(x, sheet, g, p, axis, weight, normal)[1] for g in range(len(sheet))]
+            [
+                cross_sheet(x, sheet, g, p, axis, normals, weight, normal)[1]
+                for g in range(len(sheet))
+            ]
         )
         # in the mid-plane two mirrored faces are as good: the first, not what rounding says
         start.append(int(np.argmax(inside > inside.max() - TIE)))

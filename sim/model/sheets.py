@@ -75,10 +75,12 @@ class SheetBuilder:
         ----------
         bodies : rigid body to where the pericardium is tied to it, (3,) m
         """
-        p = self.parameters
+        p, ring = self.parameters, self.cavity.tendon_ring
+        left = range(0, len(ring) // 2 + 1, 2)
+        chosen = sorted({*left, *(-k % len(ring) for k in left)})
         for body, at in bodies.items():
             anchor = self.points.add(body, at)
-            for handle in self.cavity.tendon_ring[::2]:
+            for handle in (ring[k] for k in chosen):
                 self.tissue.add(
                     anchor, handle, p["pericardium_stiffness"], p["pericardium_slack"],
                     p["tissue_time"], 0, p["pericardium_curve"],

@@ -1,28 +1,28 @@
 """The step's matrix: mass, and what threads, contacts and joints add to it.
 
-Particles that pull on bodies enter both diagonal blocks, which lets the two be factored apart.
-Twice their mass would bound the coupling from above, but what is too much is artificial inertia,
-which set the central tendon swinging at full effort; once is half the bound, enough for damping.
+Bodies and particles are two blocks, and `sim.physics.coupling` has what lies between. What is in
+the matrix and not in the forces is artificial inertia: contact that does not touch stays out.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from sim.physics.age import GROWTH, keep_lines
 from sim.physics.compiled import inner
 from sim.physics.contact import EDGE, cross_sheet
+from sim.physics.coupling import Coupling, couple
 from sim.physics.forces import muscle_masses
 from sim.physics.joints import add_joint_masses
 from sim.physics.mass import Mass, add_mass, arm, project_masses
 from sim.physics.plant import Plant, Tree
-from sim.physics.turning import keep_lines
 from sim.physics.types import Floats, Ints
 from sim.physics.work import Work
 
-COUPLED = 1.0
-"""Times its mass, what a thread between a particle and a body adds to either; 2 would bound it."""
-NEAR = 0.012
-"""Gap below which contact is in the matrix: it may close before the next refresh, m."""
+NEAR = 0.004
+"""m, gap below which contact is in the matrix; more holds back what does not touch."""
+ACROSS = 0.2
+"""Of its mass along the normal, what a contact adds to a particle across it."""
 
 
 @inner
@@ -55,6 +55,7 @@ def _add_block(m: Mass, k: float, blocks: Floats, n: int) -> None:
 def _add_list(
     root: Ints, point_body: Ints, x: Floats, a: Ints, b: Ints, slot: Ints, along: Floats,
     across: Floats, centre: Floats, diagonal: Floats, off: Floats, pairs: Floats, joined: Floats,
+    coupling: Coupling,
 ) -> None:  # fmt: skip
     """Add threads to the matrix.
 
@@ -80,9 +81,9 @@ def _add_list(
         r = arm(x, i, centre, root[body])
         joined[body, body] = 1.0
         if j >= bound:
-            _add_block(m, COUPLED, diagonal, j - bound)
-            m = _thread_mass(x, i, j, along[e], 0.0)
-            add_mass(m, COUPLED, r, r, pairs, body, body)
+            _add_block(m, 1.0, diagonal, j - bound)
+            add_mass(m, 1.0, r, r, pairs, body, body)
+            couple(coupling, j - bound, body, r, m, 1.0)
             continue
         other = point_body[j]
         s = arm(x, j, centre, root[other])
@@ -95,10 +96,6 @@ def _add_list(
             add_mass(m, -1.0, s, r, pairs, body, other)
 
 
-GROWTH = 1.5
-"""Over a thread's stiffness at a refresh: what it may stiffen until the next."""
-
-
 @inner
 def _add_threads(plant: Plant, work: Work, step: float, activation: Floats, centre: Floats) -> None:
     tree, body, x, matrix = plant.tree, plant.point_body, work.x, work.matrix
@@ -108,50 +105,58 @@ def _add_threads(plant: Plant, work: Work, step: float, activation: Floats, cent
     along = np.empty(muscles.a.shape[0])
     muscle_masses(step, muscles, plant.constants, activation, fibres, along)
     across = square * fibres.tension / fibres.length
-    keep_lines(x, muscles, plant.particle_inertia, along, across, work.lines)
+    keep_lines(x, muscles, plant.particle_inertia, along, across, work.known)
     _add_list(
         tree.body_root, body, x, muscles.a, muscles.b, muscles.slot, along, across, centre,
-        matrix.diagonal, matrix.off, matrix.pairs, matrix.joined,
+        matrix.diagonal, matrix.off, matrix.pairs, matrix.joined, matrix.coupling,
     )  # fmt: skip
+    work.known.slope[:] = strings.slope
     _add_list(
         tree.body_root, body, x, tissue.a, tissue.b, tissue.slot,
         square * np.where(tissue.curve > 0.0, GROWTH, 1.0) * strings.slope + step * tissue.damping,
         square * np.maximum(strings.tension, 0.0) / tissue.rest, centre,
-        matrix.diagonal, matrix.off, matrix.pairs, matrix.joined,
+        matrix.diagonal, matrix.off, matrix.pairs, matrix.joined, matrix.coupling,
     )  # fmt: skip
     # A link holds in every direction: its stiffest for all three bounds it from above.
     stiffest = square * np.maximum(links.along, links.across) + step * links.damping
     _add_list(
         tree.body_root, body, x, links.a, links.b, np.zeros_like(links.a), stiffest, stiffest,
         centre,
-        matrix.diagonal, matrix.off, matrix.pairs, matrix.joined,
+        matrix.diagonal, matrix.off, matrix.pairs, matrix.joined, matrix.coupling,
     )  # fmt: skip
 
 
 @inner
 def _add_contacts(plant: Plant, work: Work, step: float, centre: Floats) -> None:
-    """Contact in every direction of the particle: it may pass to another face at any step."""
+    """Contact along its normal, and a part of it across for what the normal may turn."""
     contacts, constants, tree, matrix = plant.contacts, plant.constants, plant.tree, work.matrix
     x, bound = work.x, plant.point_body.shape[0]
     weight, normal = np.empty(3), np.empty(3)
-    mass = 2.0 * (step * step * constants.contact_stiffness + step * constants.contact_damping)
+    once = step * step * constants.contact_stiffness + step * constants.contact_damping
+    work.known.touching[:] = False
     for i in range(contacts.point.shape[0]):
         p, face = contacts.point[i], contacts.face[work.held[i]]
-        gap, inside = cross_sheet(x, contacts.face, work.held[i], p, contacts.axis, weight, normal)
+        gap, inside = cross_sheet(
+            x, contacts.face, work.held[i], p, contacts.axis, work.sheet_normal, weight, normal
+        )
         if inside < -EDGE or gap > NEAR:
             continue
+        work.known.touching[i] = True
+        nx, ny, nz = normal[0], normal[1], normal[2]
+        m = (nx * nx, nx * ny, nx * nz, ny * ny, ny * nz, nz * nz)
+        _add_block(m, (1.0 - ACROSS) * once, matrix.diagonal, p - bound)
         for c in range(3):
-            matrix.diagonal[p - bound, c, c] += mass
-        nx, ny, nz = normal[0], normal[1], mass * normal[2]
-        m = (mass * nx * nx, mass * nx * ny, nx * nz, mass * ny * ny, ny * nz, normal[2] * nz)
+            matrix.diagonal[p - bound, c, c] += ACROSS * once
         for k in range(3):
             body = plant.point_body[face[k]]
             r = arm(x, face[k], centre, tree.body_root[body])
+            couple(matrix.coupling, p - bound, body, r, m, once * weight[k])
             for j in range(3):
                 other = plant.point_body[face[j]]
                 if other <= body:
                     s = arm(x, face[j], centre, tree.body_root[other])
-                    add_mass(m, weight[k] * weight[j], r, s, matrix.pairs, body, other)
+                    share = once * weight[k] * weight[j]
+                    add_mass(m, share, r, s, matrix.pairs, body, other)
                     matrix.joined[body, other] = 1.0
 
 
@@ -174,8 +179,11 @@ def assemble(
 ) -> None:  # fmt: skip
     """Write both diagonal blocks of the step's matrix; parameters as in `refresh`."""
     matrix = work.matrix
+    work.known.activation[:] = activation[: len(work.known.activation)]
     matrix.diagonal[:] = 0.0
     matrix.off[:] = 0.0
+    matrix.coupling.used[0] = 0
+    matrix.coupling.motion[:] = motion
     for p in range(plant.particle_inertia.shape[0]):
         for c in range(3):
             matrix.diagonal[p, c, c] = plant.particle_inertia[p]

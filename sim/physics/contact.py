@@ -13,16 +13,20 @@ from sim.physics.types import Floats, Ints
 
 EDGE = 0.25
 """How far past its edge a face is still felt, as a barycentric weight."""
+FOLD = 0.002
+"""m; a particle is not thrown back by a face that it is past by so much more than by its present
+one: as the ray sees it, the sheet is folded where a rib moves in front of the next."""
 LEAST_SLOPE = -0.05
 """Cosine between ray and normal beyond which a face is edge-on and not seen."""
 
-Crossing: TypeAlias = tuple[float, float, float, float, float, float, float]
-"""Gap along the normal, least weight, weights of the second and third corner, unit normal."""
+Crossing: TypeAlias = tuple[float, float, float, float, float, float]
+"""How far past the face, m; least weight; weights of the second and third corner; X, Y of the
+ray's direction."""
 
 
 @inner
 def _look(x: Floats, faces: Ints, g: int, p: int, axis: float) -> Crossing:
-    """`cross_sheet` by value and without a branch: a caller pays only for what it uses."""
+    """Crossing of a face, by value and without a branch: a caller pays only for what it uses."""
     i, j, k = np.uintp(faces[g, 0]), np.uintp(faces[g, 1]), np.uintp(faces[g, 2])
     forward = x[p, 0] - axis
     radius = max(math.sqrt(forward**2 + x[p, 1] ** 2), 1e-6)
@@ -30,25 +34,68 @@ def _look(x: Floats, faces: Ints, g: int, p: int, axis: float) -> Crossing:
     ux, uy, uz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
     wx, wy, wz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
     nx, ny, nz = wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux
-    size = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
+    square = max(nx * nx + ny * ny + nz * nz, 1e-24)
     fall = nx * dx + ny * dy
-    slope = fall / size
     ox, oy, oz = axis - x[i, 0], -x[i, 1], x[p, 2] - x[i, 2]
     reach = -(nx * ox + ny * oy + nz * oz) / fall
     qx, qy, qz = ox + reach * dx, oy + reach * dy, oz
-    s = (nx * (qz * wy - qy * wz) + ny * (qx * wz - qz * wx) + nz * (qy * wx - qx * wy)) / size**2
-    t = (nx * (uz * qy - uy * qz) + ny * (ux * qz - uz * qx) + nz * (uy * qx - ux * qy)) / size**2
-    seen = slope <= LEAST_SLOPE and reach > 0.0
-    gap = (radius - reach) * slope if seen else 1.0
-    inside = min(1.0 - s - t, min(s, t)) if seen else -1e9
-    shrink = 1.0 / size
-    return gap, inside, s, t, shrink * nx, shrink * ny, shrink * nz
+    s = (nx * (qz * wy - qy * wz) + ny * (qx * wz - qz * wx) + nz * (qy * wx - qx * wy)) / square
+    t = (nx * (uz * qy - uy * qz) + ny * (ux * qz - uz * qx) + nz * (uy * qx - ux * qy)) / square
+    seen = fall <= LEAST_SLOPE * math.sqrt(square) and reach > 0.0
+    return radius - reach, min(1.0 - s - t, min(s, t)) if seen else -1e9, s, t, dx, dy
+
+
+@compiled
+def turn_sheet(x: Floats, faces: Ints, normals: Floats) -> None:
+    """Write the unit normals of the sheet's corners, into the chest: of the faces' mean by area.
+
+    A face has one normal all over; a particle in the crease between two would be thrown from the
+    one to the other. Between the corners' normals there is no crease.
+
+    Parameters
+    ----------
+    faces : (n_faces, 3)
+    normals : (n_points, 3), written at the points of the faces
+    """
+    for g in range(faces.shape[0]):
+        for c in range(3):
+            normals[faces[g, c]] = 0.0
+    for g in range(faces.shape[0]):
+        i, j, k = np.uintp(faces[g, 0]), np.uintp(faces[g, 1]), np.uintp(faces[g, 2])
+        ux, uy, uz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
+        wx, wy, wz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
+        nx, ny, nz = wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux
+        for q in (i, j, k):
+            normals[q, 0] += nx
+            normals[q, 1] += ny
+            normals[q, 2] += nz
+    for g in range(faces.shape[0]):
+        for c in range(3):
+            n = normals[faces[g, c]]
+            size = max(math.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2), 1e-12)
+            for d in range(3):
+                n[d] /= size
+
+
+@inner
+def _face_normal(
+    normals: Floats, faces: Ints, g: int, s: float, t: float
+) -> tuple[float, float, float]:
+    """Unit normal between those of a face's corners, at the weights s and t of the last two."""
+    i, j, k = np.uintp(faces[g, 0]), np.uintp(faces[g, 1]), np.uintp(faces[g, 2])
+    r = 1.0 - s - t
+    nx = r * normals[i, 0] + s * normals[j, 0] + t * normals[k, 0]
+    ny = r * normals[i, 1] + s * normals[j, 1] + t * normals[k, 1]
+    nz = r * normals[i, 2] + s * normals[j, 2] + t * normals[k, 2]
+    size = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
+    return nx / size, ny / size, nz / size
 
 
 @compiled
 def cross_sheet(
-    x: Floats, faces: Ints, g: int, p: int, axis: float, weight: Floats, normal: Floats
-) -> tuple[float, float]:
+    x: Floats, faces: Ints, g: int, p: int, axis: float, normals: Floats,
+    weight: Floats, normal: Floats,
+) -> tuple[float, float]:  # fmt: skip
     """Where the horizontal ray from the torso's axis through point `p` crosses a face.
 
     The rib cage is seen from its axis once in every direction, so the radial gap is continuous
@@ -58,39 +105,45 @@ def cross_sheet(
     ----------
     faces, g : faces of the sheet and the one looked at
     axis : m, X of the vertical axis
+    normals : (n_points, 3), of `turn_sheet`
     weight : (3,), barycentric weights of the crossing, written
-    normal : (3,), unit normal of the face, into the chest, written
+    normal : (3,), unit normal of the sheet there, into the chest, written
 
     Returns
     -------
-    gap along the normal, m, positive inside the chest; least weight (negative outside the face)
+    gap along the normal, m, positive inside the chest, 1 where the face is not seen; least weight
+    (negative outside the face)
     """
-    gap, inside, s, t, nx, ny, nz = _look(x, faces, g, p, axis)
+    past, inside, s, t, dx, dy = _look(x, faces, g, p, axis)
+    nx, ny, nz = _face_normal(normals, faces, g, s, t)
     weight[0], weight[1], weight[2] = 1.0 - s - t, s, t
     normal[0], normal[1], normal[2] = nx, ny, nz
-    return gap, inside
+    return past * min(nx * dx + ny * dy, LEAST_SLOPE) if inside > -1e8 else 1.0, inside
 
 
 @compiled
-def follow_sheet(x: Floats, contacts: Contacts, held: Ints) -> None:
+def follow_sheet(x: Floats, contacts: Contacts, held: Ints, normals: Floats) -> None:
     """Let each diaphragm particle walk to the face that its ray crosses.
 
     Parameters
     ----------
     held : (n_contacts,), index of the present face, updated
+    normals : (n_points, 3), as `turn_sheet` writes it
     """
+    turn_sheet(x, contacts.face, normals)
     for i in range(contacts.point.shape[0]):
         p = contacts.point[i]
-        best = _look(x, contacts.face, held[i], p, contacts.axis)[1]
+        here, best = _look(x, contacts.face, held[i], p, contacts.axis)[:2]
         moved = best < 0.0
         while moved:
             moved = False
             for g in contacts.neighbour[held[i]]:
                 if g < 0:
                     break
-                inside = _look(x, contacts.face, g, p, contacts.axis)[1]
-                if inside > best + 1e-9:
-                    best, held[i], moved = inside, g, True
+                past, inside = _look(x, contacts.face, g, p, contacts.axis)[:2]
+                deep = max(here, 0.0) if best >= -EDGE else 0.0
+                if inside > best + 1e-9 and past < deep + FOLD:
+                    best, here, held[i], moved = inside, past, g, True
 
 
 @compiled
@@ -100,6 +153,7 @@ def add_contacts(
     contacts: Contacts,
     constants: Constants,
     held: Ints,
+    normals: Floats,
     gap: Floats,
     f: Floats,
 ) -> None:
@@ -108,13 +162,18 @@ def add_contacts(
     Parameters
     ----------
     held : (n_contacts,), face beside each particle
+    normals : (n_points, 3), of `turn_sheet`
     gap : (n_contacts,), m, written; 1 where there is no face
     """
     faces = contacts.face
     for n in range(contacts.point.shape[0]):
         p, h = contacts.point[n], held[n]
-        reach, inside, s, t, nx, ny, nz = _look(x, faces, h, p, contacts.axis)
-        gap[n] = 1.0 if inside < -EDGE else reach
+        past, inside, s, t, dx, dy = _look(x, faces, h, p, contacts.axis)
+        gap[n] = 1.0
+        if inside < -EDGE:
+            continue
+        nx, ny, nz = _face_normal(normals, faces, h, s, t)
+        gap[n] = past * min(nx * dx + ny * dy, LEAST_SLOPE)
         depth = min(constants.contact_gap - gap[n], 3.0 * constants.contact_gap)
         if depth <= 0.0:
             continue

@@ -3,8 +3,8 @@
 The step solves (M + h D + h^2 K) dv = h f(x + h v, v). The matrix only shapes the change of
 velocity, never the forces, so a matrix that is a little old, or larger than the true one,
 keeps the scheme stable and of first order; equilibria are exact. Bodies and particles are two
-blocks (`assemble`); the two volumes, whose stiffness is felt by every point at once, are kept
-as vectors and solved by the Woodbury identity.
+blocks (`assemble`), coupled (`coupling`); the two volumes, whose stiffness is felt by every point
+at once, are kept as vectors and solved by the Woodbury identity.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ import numpy as np
 from sim.physics.assemble import assemble
 from sim.physics.blocks import Pattern, factorise, solve
 from sim.physics.compiled import compiled, inner
+from sim.physics.coupling import pull_bodies, push_particles
 from sim.physics.dense import factorise_dense, solve_dense
-from sim.physics.plant import Plant
+from sim.physics.plant import Plant, Tree
 from sim.physics.rigid import project
 from sim.physics.surface import add_pressure
 from sim.physics.types import Floats, Ints
@@ -34,12 +35,17 @@ def _volume_gradient(
 
 
 @inner
-def _solve_blocks(pattern: Pattern, matrix: Matrix, rhs: Floats) -> None:
-    """Solve the block-diagonal part of the step's matrix in place."""
+def _solve_blocks(tree: Tree, pattern: Pattern, matrix: Matrix, rhs: Floats) -> None:
+    """Solve the step's matrix without the two volumes in place, see `sim.physics.coupling`."""
     n_dof, n_particles = matrix.rigid.shape[0], matrix.diagonal.shape[0]
     solve_dense(matrix.rigid_lower, matrix.rigid_upper, rhs[:n_dof])
     soft = rhs[n_dof:].reshape((n_particles, 3))
+    push_particles(tree, matrix.coupling, rhs[:n_dof], soft)
     solve(pattern, matrix.lower, matrix.inverse, soft, matrix.scratch)
+    pull_bodies(tree, matrix.coupling, soft)
+    solve_dense(matrix.rigid_lower, matrix.rigid_upper, matrix.coupling.back)
+    for i in range(n_dof):
+        rhs[i] += matrix.coupling.back[i]
 
 
 @compiled
@@ -68,15 +74,16 @@ def refresh(
     _volume_gradient(plant, work, plant.abdomen_faces, centre, motion, matrix.belly)
     _volume_gradient(plant, work, plant.chest_faces, centre, motion, matrix.chest)
     matrix.belly_solved[:] = matrix.belly
-    _solve_blocks(pattern, matrix, matrix.belly_solved)
+    _solve_blocks(plant.tree, pattern, matrix, matrix.belly_solved)
     matrix.chest_solved[:] = matrix.chest
-    _solve_blocks(pattern, matrix, matrix.chest_solved)
+    _solve_blocks(plant.tree, pattern, matrix, matrix.chest_solved)
 
 
 @compiled
 def solve_step(
-    pattern: Pattern, matrix: Matrix, change: Floats, belly_mass: float, chest_mass: float
-) -> None:
+    tree: Tree, pattern: Pattern, matrix: Matrix, change: Floats,
+    belly_mass: float, chest_mass: float,
+) -> None:  # fmt: skip
     """Solve for the change of velocity.
 
     Parameters
@@ -84,7 +91,7 @@ def solve_step(
     change : (n_dof + 3 n_particles,), impulse, overwritten by the change of velocity
     belly_mass, chest_mass : h^2 times the stiffness of each volume
     """
-    _solve_blocks(pattern, matrix, change)
+    _solve_blocks(tree, pattern, matrix, change)
     a, b, p, q = matrix.belly, matrix.chest, matrix.belly_solved, matrix.chest_solved
     m00 = 1.0 + belly_mass * np.dot(a, p)
     m01 = belly_mass * np.dot(a, q)

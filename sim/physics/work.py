@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sim.physics.coupling import Coupling, make_coupling
 from sim.physics.plant import Plant
 from sim.physics.rigid import Riders, find_riders
-from sim.physics.types import Floats, Ints
+from sim.physics.types import Bools, Floats, Ints
 
 
 class Fibres(NamedTuple):
@@ -54,6 +55,7 @@ class Matrix(NamedTuple):
     joined: Floats
     """(n_bodies, n_bodies), not zero where there is such a block"""
     wrench: Floats
+    coupling: Coupling
     belly: Floats
     chest: Floats
     """(n_dof + 3 n_particles,), gradients of the two volumes"""
@@ -61,13 +63,19 @@ class Matrix(NamedTuple):
     chest_solved: Floats
 
 
-class Lines(NamedTuple):
-    """The muscle elements as the matrix has them."""
+class Known(NamedTuple):
+    """What the matrix was built with, see `sim.physics.age`."""
 
     direction: Floats
     """(n_elements, 3), unit"""
     grip: Floats
     """(n_elements,), what resists along the line over what resists across; 0 between bodies"""
+    slope: Floats
+    """(n_threads,), N/m"""
+    touching: Bools
+    """(n_contacts,)"""
+    activation: Floats
+    """(n_groups,)"""
 
 
 class Work(NamedTuple):
@@ -85,12 +93,14 @@ class Work(NamedTuple):
     gap: Floats
     held: Ints
     """(n_contacts,), m, and face beside each particle"""
+    sheet_normal: Floats
+    """(n_points, 3), at the points of the sheet that the diaphragm slides on"""
     chest_normal: Floats
     abdomen_normal: Floats
     riders: Riders
     fibres: Fibres
     strings: Strings
-    lines: Lines
+    known: Known
     matrix: Matrix
 
 
@@ -99,7 +109,7 @@ def make_work(plant: Plant) -> Work:
     n_dof, n_particles = len(plant.tree.dof_body), len(plant.particle_inertia)
     n_points = len(plant.point_body) + n_particles
     n_elements, n_chains = len(plant.muscles.a), len(plant.muscles.chain_rest)
-    size = n_dof + 3 * n_particles
+    size, n_groups = n_dof + 3 * n_particles, int(plant.muscles.group.max()) + 1
     return Work(
         x=np.zeros((n_points, 3)),
         v=np.zeros((n_points, 3)),
@@ -110,12 +120,19 @@ def make_work(plant: Plant) -> Work:
         change=np.zeros(size),
         gap=np.zeros(len(plant.contacts.point)),
         held=plant.contacts.start.copy(),
+        sheet_normal=np.zeros((n_points, 3)),
         chest_normal=np.zeros((len(plant.chest_faces), 3)),
         abdomen_normal=np.zeros((len(plant.abdomen_faces), 3)),
         riders=find_riders(plant.point_body, len(plant.tree.body_root)),
         fibres=Fibres(*np.zeros((3, n_elements)), *np.zeros((3, n_chains))),
         strings=Strings(*np.zeros((4, len(plant.tissue.a)))),
-        lines=Lines(np.zeros((n_elements, 3)), np.zeros(n_elements)),
+        known=Known(
+            direction=np.zeros((n_elements, 3)),
+            grip=np.zeros(n_elements),
+            slope=np.zeros(len(plant.tissue.a)),
+            touching=np.zeros(len(plant.contacts.point), dtype=np.bool_),
+            activation=np.zeros(n_groups),
+        ),
         matrix=_make_matrix(plant, n_dof, n_particles),
     )
 
@@ -134,6 +151,7 @@ def _make_matrix(plant: Plant, n_dof: int, n_particles: int) -> Matrix:
         pairs=np.zeros((n_bodies, n_bodies, 6, 6)),
         joined=np.zeros((n_bodies, n_bodies)),
         wrench=np.zeros((n_bodies, 6, n_dof)),
+        coupling=make_coupling(plant, n_dof),
         belly=np.zeros(size),
         chest=np.zeros(size),
         belly_solved=np.zeros(size),

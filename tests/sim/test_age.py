@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sim.model.skeleton import spine_bodies
+from sim.physics.age import GROWTH, REACH, differs, keep_lines, loosest, stiffened, touched
 from sim.physics.contact import cross_sheet
-from sim.physics.turning import keep_lines, loosest
 from sim.physics.work import make_work
 from sim.resting import RestingTorso
 
@@ -19,13 +19,13 @@ def turned(resting: RestingTorso, angle: float) -> tuple[float, float]:
     plant, x = resting.torso.plant, np.ascontiguousarray(resting.upright.points)
     work, n = make_work(plant), len(plant.muscles.a)
     along, across = np.full(n, ALONG), np.full(n, ACROSS)
-    keep_lines(x, plant.muscles, plant.particle_inertia, along, across, work.lines)
+    keep_lines(x, plant.muscles, plant.particle_inertia, along, across, work.known)
     c, s = np.cos(angle), np.sin(angle)
     there = np.ascontiguousarray(x @ np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]]))
-    cosine = (work.lines.direction * (there[plant.muscles.b] - there[plant.muscles.a])).sum(axis=1)
+    cosine = (work.known.direction * (there[plant.muscles.b] - there[plant.muscles.a])).sum(axis=1)
     cosine /= np.linalg.norm(there[plant.muscles.b] - there[plant.muscles.a], axis=1)
-    return loosest(there, plant.muscles, work.lines), float(
-        (work.lines.grip * (1.0 - cosine**2)).max()
+    return loosest(there, plant.muscles, work.known), float(
+        (work.known.grip * (1.0 - cosine**2)).max()
     )
 
 
@@ -48,11 +48,35 @@ def test_elements_between_bones_are_not_asked(resting: RestingTorso) -> None:
     work, n = make_work(plant), len(plant.muscles.a)
     x = np.ascontiguousarray(resting.upright.points)
     keep_lines(
-        x, plant.muscles, plant.particle_inertia, np.full(n, ALONG), np.full(n, ACROSS), work.lines
+        x, plant.muscles, plant.particle_inertia, np.full(n, ALONG), np.full(n, ACROSS), work.known
     )
     bones = np.maximum(plant.muscles.a, plant.muscles.b) < resting.torso.n_bound
-    assert bones.any() and (work.lines.grip[bones] == 0.0).all()
-    assert (work.lines.grip[~bones] > 0.0).all()
+    assert bones.any() and (work.known.grip[bones] == 0.0).all()
+    assert (work.known.grip[~bones] > 0.0).all()
+
+
+def test_stiffer_threads_new_contacts_and_more_activation_age_the_matrix(
+    resting: RestingTorso,
+) -> None:
+    work = make_work(resting.torso.plant)
+    work.known.slope[:] = 10.0
+    work.strings.slope[:] = 10.0 * GROWTH
+    work.gap[:] = 0.5 * REACH
+    work.known.touching[:] = True
+    work.known.activation[:] = 0.3
+    level = np.full(len(work.known.activation), 0.3)
+    assert not stiffened(work.strings, work.known)
+    assert not touched(work.gap, work.known)
+    assert not differs(level, work.known)
+    work.strings.slope[7] *= 1.01
+    work.known.touching[3] = False
+    assert stiffened(work.strings, work.known)
+    assert touched(work.gap, work.known)
+    work.gap[3] = 1.5 * REACH
+    assert not touched(work.gap, work.known)
+    for other, old in ((0.45, True), (0.39, False), (0.16, False), (0.12, True)):
+        level[2] = other
+        assert differs(level, work.known) == old
 
 
 def test_the_diaphragm_does_not_touch_vertebrae(resting: RestingTorso) -> None:
@@ -68,4 +92,4 @@ def test_a_face_behind_the_axis_is_not_seen() -> None:
     weight, normal = np.zeros(3), np.zeros(3)
     for face in ([0, 1, 2], [0, 2, 1]):
         one = np.array([face], dtype=np.int64)
-        assert cross_sheet(x, one, 0, 3, 0.0, weight, normal)[1] < -1.0
+        assert cross_sheet(x, one, 0, 3, 0.0, np.zeros_like(x), weight, normal)[1] < -1.0
