@@ -100,7 +100,9 @@ def _part(
         elif which == 5:
             add_tissue(x, v, plant.tissue, work.strings, f)
         elif which == 6:
-            add_contacts(x, v, plant.contacts, k, work.held, work.sheet_normal, work.gap, f)
+            add_contacts(
+                x, v, plant.contacts, k, work.held, work.ease, work.sheet_normal, work.gap, f
+            )
         elif which == 7:
             volume_and_normals(x, plant.chest_faces, work.chest_normal)
             volume_and_normals(x, plant.abdomen_faces, work.abdomen_normal)
@@ -122,7 +124,7 @@ def part_costs(resting: RestingTorso, step: float, repeats: int) -> dict[str, fl
     state, work = copy_state(resting.upright.state), machine.work
     machine.set_gravity(GRAVITY["upright"])
     engine.predict(machine.bones, torso.plant, work, state, step)
-    follow_sheet(work.x, torso.plant.contacts, work.held, work.sheet_normal)
+    follow_sheet(work.x, torso.plant.contacts, work.held, work.ease, 1.0, work.sheet_normal)
     _part(2, 1, machine.bones, torso.plant, work, what, step)
     engine.total_forces(machine.bones, torso.plant, work, state, what, 0, step, out)
     costs = {}

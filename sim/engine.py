@@ -50,6 +50,8 @@ FAR = 0.01
 """m; once the fastest point has gone so far, contacts and arms differ: the matrix is renewed."""
 FOLLOW_EVERY = 2
 """Steps after which the diaphragm particles look for the face beside them."""
+EASE_TIME = 0.05
+"""s in which a layer of the rib cage takes hold of a particle that is behind it."""
 
 
 @compiled
@@ -77,7 +79,9 @@ def add_elastic(bones: Bones, plant: Plant, work: Work, activation: Floats) -> N
     add_muscles(x, v, plant.muscles, plant.constants, activation, work.fibres, f)
     add_tissue(x, v, plant.tissue, work.strings, f)
     add_links(x, v, plant.links, plant.point_body, bones.rotation, f)
-    add_contacts(x, v, plant.contacts, plant.constants, work.held, work.sheet_normal, work.gap, f)
+    add_contacts(
+        x, v, plant.contacts, plant.constants, work.held, work.ease, work.sheet_normal, work.gap, f
+    )
 
 
 @compiled
@@ -215,7 +219,14 @@ def run(
         activation = drive.activation[i]
         predict(bones, plant, work, state, step)
         if i % FOLLOW_EVERY == 0:
-            follow_sheet(work.x, plant.contacts, work.held, work.sheet_normal)
+            follow_sheet(
+                work.x,
+                plant.contacts,
+                work.held,
+                work.ease,
+                step * FOLLOW_EVERY / EASE_TIME,
+                work.sheet_normal,
+            )
         due = i - refreshed >= schedule.refresh_every or gone >= FAR
         if due or too_old(plant.muscles, work, activation):
             refreshed, gone = i, 0.0

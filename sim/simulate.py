@@ -81,13 +81,15 @@ class Moment:
     ----------
     posture : "upright" or "supine"
     state : places and speeds; never written to
-    held : (n_contacts,), face of the rib cage beside each particle of the diaphragm
+    held, ease : (n_contacts,), face of the rib cage beside each particle of the diaphragm, and
+        the share of its push that this contact has
     one_way : the papers' lung, once a run has had it
     """
 
     posture: str
     state: engine.State
     held: Ints
+    ease: Floats
     one_way: OneWayLung | None = None
 
 
@@ -95,7 +97,7 @@ def rest_moment(resting: RestingTorso, posture: str) -> Moment:
     """The torso at rest."""
     rest = resting.rest(posture)
     held = rest.torso.plant.contacts.start
-    return Moment(posture=posture, state=rest.state, held=held)
+    return Moment(posture=posture, state=rest.state, held=held, ease=np.ones(len(held)))
 
 
 def group_activation(levels: Floats, parameters: Parameters | None = None) -> Floats:
@@ -188,6 +190,7 @@ def go_on(
     torso, state = resting.rest(posture).torso, copy_state(moment.state)
     machine = Machine(torso)
     machine.work.held[:] = moment.held
+    machine.work.ease[:] = moment.ease
     every = max(1, round(1.0 / (rate * step)))
     n_frames = len(activation) // every
     record = engine.make_record(
@@ -228,8 +231,14 @@ def go_on(
         tension=record.tension,
         lung_model=lung,
     )
-    held = machine.work.held.copy()
-    return trajectory, Moment(posture=posture, state=state, held=held, one_way=papers)
+    after = Moment(
+        posture=posture,
+        state=state,
+        held=machine.work.held.copy(),
+        ease=machine.work.ease.copy(),
+        one_way=papers,
+    )
+    return trajectory, after
 
 
 def _one_way(

@@ -94,7 +94,7 @@ def _gaps(resting: RestingTorso, x: Floats) -> dict[int, float]:
     contacts = resting.torso.plant.contacts
     held = contacts.start.copy()
     normals, weight, normal = np.zeros_like(x), np.empty(3), np.empty(3)
-    follow_sheet(x, contacts, held, normals)
+    follow_sheet(x, contacts, held, np.ones(len(held)), 1.0, normals)
     out = {}
     for p, g in zip(contacts.point.tolist(), held.tolist(), strict=True):
         gap, inside = cross_sheet(x, contacts.face, g, p, contacts.axis, normals, weight, normal)

@@ -23,7 +23,10 @@ LOOSE = 0.6
 bound leaves, less a margin. A share is taken of what one element and its lighter particle hold, and
 a particle within a fibre is held by two elements."""
 GROWTH = 1.5
-"""Over a thread's stiffness: what the matrix holds, and what it may stiffen by."""
+"""Over a thread's stiffness: what the matrix holds of it."""
+SPARE = 1.0 / 24.0
+"""Of the lightest particle's mass, what a thread may stiffen by beyond that: eight threads at a
+particle are a third."""
 REACH = 0.002
 """m, from the rib cage, in which a particle's contact is to be in the matrix."""
 MORE, LESS, SLIGHT = 4.0 / 3.0, 0.5, 0.02
@@ -78,10 +81,10 @@ def loosest(x: Floats, muscles: Muscles, known: Known) -> float:
 
 @compiled
 def stiffened(strings: Strings, known: Known) -> bool:
-    """Whether a thread of tissue is stiffer than the matrix has it."""
+    """Whether a thread of tissue is stiffer than the matrix bears."""
     most = 0.0
     for e in range(strings.slope.shape[0]):
-        most = max(most, strings.slope[e] - GROWTH * known.slope[e])
+        most = max(most, strings.slope[e] - known.slope[e])
     return most > 0.0
 
 

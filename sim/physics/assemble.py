@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.physics.age import GROWTH, keep_lines
+from sim.physics.age import GROWTH, SPARE, keep_lines
 from sim.physics.compiled import inner
 from sim.physics.contact import EDGE, cross_sheet
 from sim.physics.coupling import Coupling, couple
@@ -110,7 +110,8 @@ def _add_threads(plant: Plant, work: Work, step: float, activation: Floats, cent
         tree.body_root, body, x, muscles.a, muscles.b, muscles.slot, along, across, centre,
         matrix.diagonal, matrix.off, matrix.pairs, matrix.joined, matrix.coupling,
     )  # fmt: skip
-    work.known.slope[:] = strings.slope
+    spare = SPARE * plant.particle_inertia.min() / square
+    work.known.slope[:] = GROWTH * strings.slope + spare
     _add_list(
         tree.body_root, body, x, tissue.a, tissue.b, tissue.slot,
         square * np.where(tissue.curve > 0.0, GROWTH, 1.0) * strings.slope + step * tissue.damping,

@@ -14,8 +14,9 @@ from sim.physics.types import Floats, Ints
 EDGE = 0.25
 """How far past its edge a face is still felt, as a barycentric weight."""
 FOLD = 0.002
-"""m; a particle is not thrown back by a face that it is past by so much more than by its present
-one: as the ray sees it, the sheet is folded where a rib moves in front of the next."""
+"""m; a face that a particle is past by so much more than by its present one is another layer: as
+the ray sees it, the sheet is folded where a rib moves in front of the next. In touch with its layer
+a particle keeps to it; out of touch it takes the other, which brings it back little by little."""
 LEAST_SLOPE = -0.05
 """Cosine between ray and normal beyond which a face is edge-on and not seen."""
 
@@ -122,18 +123,24 @@ def cross_sheet(
 
 
 @compiled
-def follow_sheet(x: Floats, contacts: Contacts, held: Ints, normals: Floats) -> None:
+def follow_sheet(
+    x: Floats, contacts: Contacts, held: Ints, ease: Floats, more: float, normals: Floats
+) -> None:
     """Let each diaphragm particle walk to the face that its ray crosses.
 
     Parameters
     ----------
     held : (n_contacts,), index of the present face, updated
+    ease : (n_contacts,), share of its push that a contact has, updated: it begins at nothing where
+        a particle finds itself behind another layer
+    more : what the share grows by
     normals : (n_points, 3), as `turn_sheet` writes it
     """
     turn_sheet(x, contacts.face, normals)
     for i in range(contacts.point.shape[0]):
         p = contacts.point[i]
         here, best = _look(x, contacts.face, held[i], p, contacts.axis)[:2]
+        ease[i] = min(1.0, ease[i] + more)
         moved = best < 0.0
         while moved:
             moved = False
@@ -141,9 +148,11 @@ def follow_sheet(x: Floats, contacts: Contacts, held: Ints, normals: Floats) -> 
                 if g < 0:
                     break
                 past, inside = _look(x, contacts.face, g, p, contacts.axis)[:2]
-                deep = max(here, 0.0) if best >= -EDGE else 0.0
-                if inside > best + 1e-9 and past < deep + FOLD:
+                behind = past > FOLD + (max(here, 0.0) if best >= -EDGE else 0.0)
+                if inside > best + 1e-9 and not (behind and best >= -EDGE):
                     best, here, held[i], moved = inside, past, g, True
+                    if behind:
+                        ease[i] = 0.0
 
 
 @compiled
@@ -153,6 +162,7 @@ def add_contacts(
     contacts: Contacts,
     constants: Constants,
     held: Ints,
+    ease: Floats,
     normals: Floats,
     gap: Floats,
     f: Floats,
@@ -162,6 +172,7 @@ def add_contacts(
     Parameters
     ----------
     held : (n_contacts,), face beside each particle
+    ease : (n_contacts,), share of its push that a contact has
     normals : (n_points, 3), of `turn_sheet`
     gap : (n_contacts,), m, written; 1 where there is no face
     """
@@ -184,7 +195,7 @@ def add_contacts(
         vz = v[p, 2] - r * v[i, 2] - s * v[j, 2] - t * v[k, 2]
         closing = -(vx * nx + vy * ny + vz * nz)
         # Past its edge a face lets go little by little, so that no particle is dropped at once.
-        hold = min(1.0, 1.0 + inside / EDGE)
+        hold = ease[n] * min(1.0, 1.0 + inside / EDGE)
         # Stiffness and damping grow from nothing over the first part: no chatter at the touch.
         part = min(depth, constants.contact_gap)
         touch = part * part / (2.0 * constants.contact_gap) + depth - part

@@ -71,7 +71,7 @@ class Known(NamedTuple):
     grip: Floats
     """(n_elements,), what resists along the line over what resists across; 0 between bodies"""
     slope: Floats
-    """(n_threads,), N/m"""
+    """(n_threads,), N/m, up to which a thread may stiffen"""
     touching: Bools
     """(n_contacts,)"""
     activation: Floats
@@ -93,6 +93,8 @@ class Work(NamedTuple):
     gap: Floats
     held: Ints
     """(n_contacts,), m, and face beside each particle"""
+    ease: Floats
+    """(n_contacts,), share of its push that a contact has"""
     sheet_normal: Floats
     """(n_points, 3), at the points of the sheet that the diaphragm slides on"""
     chest_normal: Floats
@@ -120,6 +122,7 @@ def make_work(plant: Plant) -> Work:
         change=np.zeros(size),
         gap=np.zeros(len(plant.contacts.point)),
         held=plant.contacts.start.copy(),
+        ease=np.ones(len(plant.contacts.point)),
         sheet_normal=np.zeros((n_points, 3)),
         chest_normal=np.zeros((len(plant.chest_faces), 3)),
         abdomen_normal=np.zeros((len(plant.abdomen_faces), 3)),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sim.model.skeleton import spine_bodies
-from sim.physics.age import GROWTH, REACH, differs, keep_lines, loosest, stiffened, touched
+from sim.physics.age import REACH, differs, keep_lines, loosest, stiffened, touched
 from sim.physics.contact import cross_sheet
 from sim.physics.work import make_work
 from sim.resting import RestingTorso
@@ -60,7 +60,7 @@ def test_stiffer_threads_new_contacts_and_more_activation_age_the_matrix(
 ) -> None:
     work = make_work(resting.torso.plant)
     work.known.slope[:] = 10.0
-    work.strings.slope[:] = 10.0 * GROWTH
+    work.strings.slope[:] = 10.0
     work.gap[:] = 0.5 * REACH
     work.known.touching[:] = True
     work.known.activation[:] = 0.3

@@ -44,7 +44,9 @@ def ring(n: int = 12, rows: int = 4, radius: float = 0.1) -> tuple[Floats, Conta
 
 def held_by(x: Floats, contacts: Contacts, normals: Floats | None = None) -> np.ndarray:
     held = contacts.start.copy()
-    follow_sheet(x, contacts, held, np.zeros_like(x) if normals is None else normals)
+    follow_sheet(
+        x, contacts, held, np.ones(1), 1.0, np.zeros_like(x) if normals is None else normals
+    )
     return held
 
 
@@ -93,7 +95,7 @@ def test_gap_has_no_jump_from_face_to_face() -> None:
     weight, normal, normals = np.zeros(3), np.zeros(3), np.zeros_like(x)
     for angle in np.linspace(0.0, 2.0 * np.pi, 721):
         x[-1] = [0.09 * np.cos(angle), 0.09 * np.sin(angle), 0.06]
-        follow_sheet(x, contacts, held, normals)
+        follow_sheet(x, contacts, held, np.ones(1), 1.0, normals)
         crossed = cross_sheet(x, contacts.face, held[0], len(x) - 1, 0.0, normals, weight, normal)
         gaps.append(crossed[0])
     # along an arc of half a degree the gap to a face of a cylinder changes by 0.2 mm at most
@@ -106,7 +108,7 @@ def test_push_has_no_jump_from_face_to_face() -> None:
     held, found = contacts.start.copy(), []
     for angle in np.linspace(0.0, 2.0 * np.pi, 721):
         x[-1] = [0.09 * np.cos(angle), 0.09 * np.sin(angle), 0.06]
-        follow_sheet(x, contacts, held, normals)
+        follow_sheet(x, contacts, held, np.ones(1), 1.0, normals)
         cross_sheet(x, contacts.face, held[0], len(x) - 1, 0.0, normals, weight, normal)
         found.append(normal.copy())
     # the faces of the cylinder meet at 30 degrees; along half a degree the normal turns as much
@@ -119,8 +121,8 @@ def contact_force(resting: RestingTorso, x: Floats, v: Floats) -> tuple[Floats, 
     plant = resting.torso.plant
     held = plant.contacts.start.copy()
     gap, f, normals = np.zeros(len(held)), np.zeros_like(x), np.zeros_like(x)
-    follow_sheet(x, plant.contacts, held, normals)
-    add_contacts(x, v, plant.contacts, plant.constants, held, normals, gap, f)
+    follow_sheet(x, plant.contacts, held, np.ones(len(held)), 1.0, normals)
+    add_contacts(x, v, plant.contacts, plant.constants, held, np.ones(len(held)), normals, gap, f)
     return f, gap
 
 
@@ -220,13 +222,20 @@ def test_a_particle_keeps_to_its_layer_where_the_sheet_is_folded() -> None:
         point=np.array([4]), face=face, neighbour=np.array([[1, -1], [0, -1]]),
         start=np.zeros(1, dtype=np.int64), axis=0.0,
     )  # fmt: skip
-    held = held_by(x, contacts)
+    held, ease = held_by(x, contacts), np.ones(1)
     assert held[0] == 0
-    for z in (-0.005, -0.01, -0.02):
+    for z in (-0.005, -0.01):
         x[4, 2] = z
-        follow_sheet(x, contacts, held, np.zeros_like(x))
-        assert held[0] == 0, z
-    # in front of both, or just behind, it goes over
-    x[4, 0] = 0.1 - 0.02 * 2.0 / 3.0 + 0.001
-    follow_sheet(x, contacts, held, np.zeros_like(x))
-    assert held[0] == 1
+        follow_sheet(x, contacts, held, ease, 0.1, np.zeros_like(x))
+        assert held[0] == 0 and ease[0] == 1.0, z
+    # out of touch it takes the other layer, which takes hold of it in ten steps
+    x[4, 2] = -0.02
+    follow_sheet(x, contacts, held, ease, 0.1, np.zeros_like(x))
+    assert held[0] == 1 and ease[0] == 0.0
+    for k in range(1, 12):
+        follow_sheet(x, contacts, held, ease, 0.1, np.zeros_like(x))
+        assert ease[0] == pytest.approx(min(1.0, 0.1 * k))
+    # what it is just behind, or in front of, it goes over to at once
+    held[0], x[4, 0] = 0, 0.1 - 0.02 * 2.0 / 3.0 + 0.001
+    follow_sheet(x, contacts, held, ease, 0.1, np.zeros_like(x))
+    assert held[0] == 1 and ease[0] == 1.0

@@ -64,7 +64,14 @@ def test_bones_are_in_balance(resting: RestingTorso) -> None:
     # what is left against the weight of the trunk, some 100 N
     rest = resting.upright
     machine, plant = Machine(rest.torso), rest.torso.plant
-    follow_sheet(rest.points, plant.contacts, machine.work.held, machine.work.sheet_normal)
+    follow_sheet(
+        rest.points,
+        plant.contacts,
+        machine.work.held,
+        machine.work.ease,
+        1.0,
+        machine.work.sheet_normal,
+    )
     pleural = rest.torso.parameters["end_expiratory_pleural"]
     left = residual(machine, plant, rest.state, GRAVITY["upright"], pleural)
     assert np.abs(left).max() < 1.0
