@@ -12,9 +12,8 @@ from sim.errors import UnstableSimulation
 from sim.model.torso import Subject
 from sim.random_effort import KINDS, random_effort
 from sim.resting import rest_torso
-from sim.simulate import simulate
+from sim.simulate import BREATH_STEP, simulate
 
-STEP = 0.001
 MAN = Subject(sex="male", stature=1.756, mass=75.0)
 
 
@@ -27,7 +26,7 @@ def main() -> None:
 
     def one(seed: int) -> tuple[float, float, float, float] | None:
         try:
-            run = simulate(resting, random_effort(seed, step=STEP), posture="upright", step=STEP)
+            run = simulate(resting, random_effort(seed, step=BREATH_STEP), posture="upright")
         except UnstableSimulation as why:
             print(f"{seed} ({KINDS[seed % len(KINDS)]}): {why}", flush=True)
             return None

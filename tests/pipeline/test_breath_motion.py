@@ -13,7 +13,8 @@ from sim.model.torso import Subject
 from sim.trajectory import load_motion, save_motion
 
 NAMES = ("CLAV", "STRN", "NAVEL", "LLCH")
-TIMING = (1.0, 1.43, 0.21)
+TIMING = (1.0, 1.44, 0.21)
+"""s; a breath is 61 frames, so that none falls between those of the fit."""
 BEND = (-0.02, 0.03, 0.05)
 
 
@@ -45,13 +46,9 @@ def test_kept_breath_is_the_run_of_the_fit(tmp_path):
         rate=25.0,
         bend=BEND,
     ).run(levels[None])
-    time = breath.motion.time
-    assert time[0] >= 0 and time[-1] < inspiration + expiration
-    whole = time[time <= run.time[-1]]
-    for k in range(len(NAMES)):
-        for axis in range(3):
-            expected = np.interp(whole, run.time, run.positions[0, :, k, axis])
-            assert np.allclose(breath.motion.markers[: len(whole), k, axis], expected, atol=5e-5)
+    assert len(run.time) == 61
+    assert np.allclose(breath.motion.time, run.time, atol=1e-9)
+    assert np.allclose(breath.motion.markers, run.positions[0], atol=1e-9)
 
     # the figures are those of the lung's fullest frame, the drawn angles those of all frames
     fullest = int(np.argmax(breath.motion.volumes["lung"]))

@@ -10,9 +10,8 @@ import pytest
 from sim.model.muscles import MUSCLE_GROUPS
 from sim.random_effort import KINDS, random_effort
 from sim.resting import RestingTorso
-from sim.simulate import simulate
+from sim.simulate import BREATH_STEP, simulate
 
-STEP = 0.001
 N_SETS = 50
 
 
@@ -29,7 +28,7 @@ def test_efforts_are_activations_of_every_kind() -> None:
 @pytest.mark.slow
 def test_no_effort_diverges(resting: RestingTorso) -> None:
     def one(seed: int) -> tuple[float, bool]:
-        run = simulate(resting, random_effort(seed, step=STEP), posture="upright", step=STEP)
+        run = simulate(resting, random_effort(seed, step=BREATH_STEP), posture="upright")
         finite = all(np.isfinite(part).all() for part in (run.qpos, run.soft, run.lung))
         return float(np.abs(run.abdomen / run.abdomen[0] - 1.0).max()), finite
 
