@@ -18,6 +18,7 @@ import numpy as np
 from sim.physics.compiled import compiled, inner
 from sim.physics.mass import Arm, Mass
 from sim.physics.plant import Plant, Tree
+from sim.physics.rigid import project_wrenches
 from sim.physics.types import Floats, Ints
 
 
@@ -110,7 +111,7 @@ def pull_bodies(tree: Tree, coupling: Coupling, soft: Floats) -> None:
     ----------
     soft : (n_particles, 3), change of the particles' velocity
     """
-    wrench, motion, back = coupling.twist, coupling.motion, coupling.back
+    wrench = coupling.twist
     wrench[:] = 0.0
     for e in range(coupling.used[0]):
         p, q = np.uintp(coupling.particle[e]), np.uintp(coupling.body[e])
@@ -126,13 +127,4 @@ def pull_bodies(tree: Tree, coupling: Coupling, soft: Floats) -> None:
         wrench[q, 3] += fx
         wrench[q, 4] += fy
         wrench[q, 5] += fz
-    for b in range(wrench.shape[0] - 1, 0, -1):
-        parent = tree.body_parent[b]
-        if parent > 0:
-            for c in range(6):
-                wrench[parent, c] += wrench[b, c]
-    for i in range(back.shape[0]):
-        b = tree.dof_body[i]
-        back[i] = 0.0
-        for c in range(6):
-            back[i] += motion[i, c] * wrench[b, c]
+    project_wrenches(tree, coupling.motion, wrench, coupling.back)

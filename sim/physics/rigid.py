@@ -96,6 +96,28 @@ def _gather_wrenches(
         wrench[b, 3], wrench[b, 4], wrench[b, 5] = sx, sy, sz
 
 
+@inner
+def project_wrenches(tree: Tree, motion: Floats, wrench: Floats, out: Floats) -> None:
+    """Generalised forces of the wrenches on the bodies.
+
+    Parameters
+    ----------
+    motion : (n_dof, 6), how each degree of freedom moves its bodies
+    wrench : (n_bodies, 6), on each body alone; overwritten by that on all that it carries
+    out : (n_dof,), written
+    """
+    for b in range(wrench.shape[0] - 1, 0, -1):
+        parent = tree.body_parent[b]
+        if parent > 0:
+            for c in range(6):
+                wrench[parent, c] += wrench[b, c]
+    for i in range(out.shape[0]):
+        b = tree.dof_body[i]
+        out[i] = 0.0
+        for c in range(6):
+            out[i] += motion[i, c] * wrench[b, c]
+
+
 @compiled
 def project(
     riders: Riders,
@@ -117,13 +139,4 @@ def project(
     out : (n_dof,), written
     """
     _gather_wrenches(riders, tree.body_root, x, f, centre, wrench)
-    for b in range(wrench.shape[0] - 1, 0, -1):
-        parent = tree.body_parent[b]
-        if parent > 0:
-            for c in range(6):
-                wrench[parent, c] += wrench[b, c]
-    for i in range(out.shape[0]):
-        b = tree.dof_body[i]
-        out[i] = 0.0
-        for c in range(6):
-            out[i] += motion[i, c] * wrench[b, c]
+    project_wrenches(tree, motion, wrench, out)
