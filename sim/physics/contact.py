@@ -9,6 +9,7 @@ import numpy as np
 
 from sim.physics.compiled import compiled, inner
 from sim.physics.plant import Constants, Contacts
+from sim.physics.surface import add_pressure
 from sim.physics.types import Floats, Ints
 
 EDGE = 0.25
@@ -61,15 +62,7 @@ def turn_sheet(x: Floats, faces: Ints, normals: Floats) -> None:
     for g in range(faces.shape[0]):
         for c in range(3):
             normals[faces[g, c]] = 0.0
-    for g in range(faces.shape[0]):
-        i, j, k = np.uintp(faces[g, 0]), np.uintp(faces[g, 1]), np.uintp(faces[g, 2])
-        ux, uy, uz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
-        wx, wy, wz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
-        nx, ny, nz = wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux
-        for q in (i, j, k):
-            normals[q, 0] += nx
-            normals[q, 1] += ny
-            normals[q, 2] += nz
+    add_pressure(x, faces, -1.0, np.zeros(3), normals)
     for g in range(faces.shape[0]):
         for c in range(3):
             n = normals[faces[g, c]]
