@@ -19,7 +19,7 @@ from sim.bones import (
     mj_rne,
 )
 from sim.drive import Drive, Record, Schedule, State, make_drive, make_record
-from sim.physics.age import too_old
+from sim.physics.age import AHEAD, too_old
 from sim.physics.ball import add_ball
 from sim.physics.borrow import borrow
 from sim.physics.cavities import add_cavities
@@ -46,10 +46,10 @@ __all__ = [
     "total_forces",
 ]
 
-FAR = 0.01
+FAR = 0.03
 """m; once the fastest point has gone so far, contacts and arms differ: the matrix is renewed."""
-FOLLOW_EVERY = 2
-"""Steps after which the diaphragm particles look for the face beside them."""
+FOLLOW_TIME = 0.008
+"""s after which the diaphragm particles look for the face beside them."""
 EASE_TIME = 0.05
 """s in which a layer of the rib cage takes hold of a particle that is behind it."""
 
@@ -195,6 +195,16 @@ def _keep(record: Record, frame: int, work: Work, state: State, out: Floats, spe
         record.tension[frame] = work.fibres.tension
 
 
+@inner
+def _soon(activation: Floats, n: int) -> Floats:
+    """Largest activation of each group from each step to `n` steps on, (n_steps, n_groups)."""
+    out = activation.copy()
+    for i in range(out.shape[0]):
+        for k in range(i + 1, min(i + n, out.shape[0])):
+            out[i] = np.maximum(out[i], activation[k])
+    return out
+
+
 @compiled
 def run(
     bones: Bones,
@@ -214,27 +224,28 @@ def run(
     bones, plant, work = borrow(bones), borrow(plant), borrow(work)
     state, drive, record = borrow(state), borrow(drive), borrow(record)
     step, out = schedule.step, np.empty(7)
+    soon = _soon(drive.activation, round(AHEAD / step))
+    follow_every = max(1, round(FOLLOW_TIME / step))
     frame, gone, refreshed = 0, 0.0, -schedule.refresh_every
     for i in range(drive.activation.shape[0]):
-        activation = drive.activation[i]
         predict(bones, plant, work, state, step)
-        if i % FOLLOW_EVERY == 0:
+        if i % follow_every == 0:
             follow_sheet(
                 work.x,
                 plant.contacts,
                 work.held,
                 work.ease,
-                step * FOLLOW_EVERY / EASE_TIME,
+                step * follow_every / EASE_TIME,
                 work.sheet_normal,
             )
         due = i - refreshed >= schedule.refresh_every or gone >= FAR
-        if due or too_old(plant.muscles, work, activation):
+        if due or too_old(plant.muscles, work, soon[i]):
             refreshed, gone = i, 0.0
             work.f[:] = 0.0
-            add_elastic(bones, plant, work, activation)
+            add_elastic(bones, plant, work, soon[i])
             mj_makeM(bones.model, bones.data)
             refresh(
-                plant, work, step, activation, bones.mass, drive.locked,
+                plant, work, step, soon[i], bones.mass, drive.locked,
                 bones.centre, bones.motion,
             )  # fmt: skip
         fastest = _advance(bones, plant, work, state, schedule, drive, i, out)

@@ -43,10 +43,13 @@ class Breath:
 
 
 def find_breaths(motion: Motion, period: float) -> list[Breath]:
-    """Whole breaths of a run that starts with an onset, each `period` s long."""
+    """Whole breaths of a run that starts with an onset, each `period` s long.
+
+    The steps left over at the end of a run make no frame, so it may seem short by nearly one.
+    """
     lung, out = motion.volumes["lung"], []
     frame = float(np.median(np.diff(motion.time)))
-    n = int((motion.time[-1] + 0.5 * frame) / period)
+    n = int((motion.time[-1] + 0.99 * frame) / period)
     for k in range(n):
         first, last = (
             int(np.argmin(np.abs(motion.time - t))) for t in (k * period, (k + 1) * period)

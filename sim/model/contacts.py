@@ -58,6 +58,7 @@ def build_contacts(x: Floats, dome: Ints, sheet: Ints, axis: float) -> Contacts:
     return Contacts(
         point=dome,
         face=sheet,
+        corner=np.unique(sheet),
         neighbour=_neighbours(sheet),
         start=np.array(start, dtype=np.int64),
         axis=axis,

@@ -22,8 +22,11 @@ LOOSE = 0.6
 """Share of what the matrix holds across a fibre's line that may act there: twice the third that the
 bound leaves, less a margin. A share is taken of what one element and its lighter particle hold, and
 a particle within a fibre is held by two elements."""
-GROWTH = 2.0
-"""Over a thread's stiffness: what the matrix holds of it."""
+AHEAD = 0.02
+"""s; the matrix holds the most that a group is active, and the stiffest that a thread is at the
+speed it stretches at, within this time from when it is made."""
+GROWTH = 1.5
+"""Over that stiffness: what the matrix holds of a thread."""
 SPARE = 1.0 / 24.0
 """Of the lightest particle's mass, what a thread may stiffen by beyond that: eight threads at a
 particle are a third."""

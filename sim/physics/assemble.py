@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.physics.age import GROWTH, SPARE, keep_lines
+from sim.physics.age import AHEAD, GROWTH, SPARE, keep_lines
 from sim.physics.compiled import inner
 from sim.physics.contact import EDGE, cross_sheet
 from sim.physics.coupling import Coupling, couple
-from sim.physics.forces import muscle_masses
+from sim.physics.forces import muscle_masses, stiffest_soon
 from sim.physics.joints import add_joint_masses
 from sim.physics.mass import Mass, add_mass, arm, project_masses
 from sim.physics.plant import Plant, Tree
@@ -111,13 +111,16 @@ def _add_threads(plant: Plant, work: Work, step: float, activation: Floats, cent
         matrix.diagonal, matrix.off, matrix.pairs, matrix.joined, matrix.coupling,
     )  # fmt: skip
     spare = SPARE * plant.particle_inertia.min() / square
-    work.known.slope[:] = GROWTH * strings.slope + spare
+    slope = work.known.slope
+    stiffest_soon(tissue, strings, AHEAD, slope)
+    slope[:] = np.where(tissue.curve > 0.0, GROWTH, 1.0) * slope
     _add_list(
         tree.body_root, body, x, tissue.a, tissue.b, tissue.slot,
-        square * np.where(tissue.curve > 0.0, GROWTH, 1.0) * strings.slope + step * tissue.damping,
+        square * slope + step * tissue.damping,
         square * np.maximum(strings.tension, 0.0) / tissue.rest, centre,
         matrix.diagonal, matrix.off, matrix.pairs, matrix.joined, matrix.coupling,
     )  # fmt: skip
+    slope += spare
     # A link holds in every direction: its stiffest for all three bounds it from above.
     stiffest = square * np.maximum(links.along, links.across) + step * links.damping
     _add_list(

@@ -48,7 +48,7 @@ def _look(x: Floats, faces: Ints, g: int, p: int, axis: float) -> Crossing:
 
 
 @compiled
-def turn_sheet(x: Floats, faces: Ints, normals: Floats) -> None:
+def turn_sheet(x: Floats, faces: Ints, corners: Ints, normals: Floats) -> None:
     """Write the unit normals of the sheet's corners, into the chest: of the faces' mean by area.
 
     A face has one normal all over; a particle in the crease between two would be thrown from the
@@ -56,19 +56,17 @@ def turn_sheet(x: Floats, faces: Ints, normals: Floats) -> None:
 
     Parameters
     ----------
-    faces : (n_faces, 3)
-    normals : (n_points, 3), written at the points of the faces
+    faces, corners : (n_faces, 3) and (n_corners,), points of the sheet
+    normals : (n_points, 3), written at the corners
     """
-    for g in range(faces.shape[0]):
-        for c in range(3):
-            normals[faces[g, c]] = 0.0
+    for p in corners:
+        normals[p] = 0.0
     add_pressure(x, faces, -1.0, np.zeros(3), normals)
-    for g in range(faces.shape[0]):
-        for c in range(3):
-            n = normals[faces[g, c]]
-            size = max(math.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2), 1e-12)
-            for d in range(3):
-                n[d] /= size
+    for p in corners:
+        n = normals[p]
+        size = max(math.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2), 1e-12)
+        for d in range(3):
+            n[d] /= size
 
 
 @inner
@@ -129,7 +127,7 @@ def follow_sheet(
     more : what the share grows by
     normals : (n_points, 3), as `turn_sheet` writes it
     """
-    turn_sheet(x, contacts.face, normals)
+    turn_sheet(x, contacts.face, contacts.corner, normals)
     for i in range(contacts.point.shape[0]):
         p = contacts.point[i]
         here, best = _look(x, contacts.face, held[i], p, contacts.axis)[:2]

@@ -1,4 +1,8 @@
-"""A dense symmetric system: factored once, solved at every step."""
+"""A dense symmetric system: factored once, solved at every step.
+
+What is kept is the inverse of the triangular factor: to multiply by it waits for nothing, while in
+a substitution each unknown waits for the one before.
+"""
 
 from __future__ import annotations
 
@@ -9,31 +13,46 @@ from sim.physics.types import Floats
 
 
 @compiled
-def factorise_dense(matrix: Floats, lower: Floats, upper: Floats) -> None:
-    """Write the Cholesky factor of `matrix` (n, n), and what it is turned over, as rows."""
-    lower[:] = np.linalg.cholesky(matrix)
-    for i in range(lower.shape[0]):
-        for j in range(i + 1):
-            upper[j, i] = lower[i, j]
-
-
-@compiled
-def solve_dense(lower: Floats, upper: Floats, x: Floats) -> None:
-    """Solve L L^T x = b in place.
+def factorise_dense(matrix: Floats, inverse: Floats) -> None:
+    """Write the inverse of the lower Cholesky factor of `matrix`.
 
     Parameters
     ----------
-    lower, upper : (n, n), of `factorise_dense`
+    matrix : (n, n), symmetric, positive definite
+    inverse : (n, n), its lower triangle is written and the rest not looked at
+    """
+    lower = np.linalg.cholesky(matrix)
+    for i in range(lower.shape[0]):
+        row = inverse[i]
+        row[: i + 1] = 0.0
+        row[i] = 1.0
+        for k in range(i):
+            share, other = lower[i, k], inverse[k]
+            for j in range(k + 1):
+                row[j] -= share * other[j]
+        scale = 1.0 / lower[i, i]
+        for j in range(i + 1):
+            row[j] *= scale
+
+
+@compiled
+def solve_dense(inverse: Floats, x: Floats, work: Floats) -> None:
+    """Solve the system in place.
+
+    Parameters
+    ----------
+    inverse : (n, n), of `factorise_dense`
     x : (n,), the right side, overwritten by the solution
+    work : (n,), scratch
     """
     n = x.shape[0]
-    for k in range(n):
-        row, rest = lower[k], x[k]
-        for j in range(k):
-            rest -= row[j] * x[j]
-        x[k] = rest / row[k]
-    for k in range(n - 1, -1, -1):
-        row, rest = upper[k], x[k]
-        for j in range(k + 1, n):
-            rest -= row[j] * x[j]
-        x[k] = rest / row[k]
+    for i in range(n):
+        row, total = inverse[i], 0.0
+        for j in range(i + 1):
+            total += row[j] * x[j]
+        work[i] = total
+    x[:] = 0.0
+    for i in range(n):
+        row, share = inverse[i], work[i]
+        for j in range(i + 1):
+            x[j] += share * row[j]

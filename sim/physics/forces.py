@@ -194,6 +194,23 @@ def add_tissue(x: Floats, v: Floats, tissue: Tissue, strings: Strings, f: Floats
 
 
 @compiled
+def stiffest_soon(tissue: Tissue, strings: Strings, time: float, out: Floats) -> None:
+    """Write the stiffness that each thread comes to if it stretches on at its speed for `time`, s.
+
+    A thread that shortens keeps its present one.
+
+    Parameters
+    ----------
+    out : (n_threads,), N/m
+    """
+    for e in range(out.shape[0]):
+        strain = time * max(0.0, strings.rate[e]) / tissue.rest[e]
+        grown = strings.slope[e] * exponential(min(tissue.curve[e] * strain, STEEPEST))
+        most = tissue.stiffness[e] * exponential(STEEPEST)
+        out[e] = max(strings.slope[e], min(grown, most))
+
+
+@compiled
 def link_axis(links: Links, e: int, point_body: Ints, rotation: Floats, out: Floats) -> None:
     """Direction of a link's cartilage in the world.
 

@@ -106,6 +106,8 @@ class Contacts(NamedTuple):
     point: Ints
     face: Ints
     """(n_sheet_faces, 3), turned so that the normal looks out of the chest"""
+    corner: Ints
+    """(n_corners,), all points of the faces"""
     neighbour: Ints
     """(n_sheet_faces, k), faces that share a vertex, -1 padded"""
     start: Ints

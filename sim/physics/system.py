@@ -38,12 +38,12 @@ def _volume_gradient(
 def _solve_blocks(tree: Tree, pattern: Pattern, matrix: Matrix, rhs: Floats) -> None:
     """Solve the step's matrix without the two volumes in place, see `sim.physics.coupling`."""
     n_dof, n_particles = matrix.rigid.shape[0], matrix.diagonal.shape[0]
-    solve_dense(matrix.rigid_lower, matrix.rigid_upper, rhs[:n_dof])
+    solve_dense(matrix.rigid_inverse, rhs[:n_dof], matrix.rigid_scratch)
     soft = rhs[n_dof:].reshape((n_particles, 3))
     push_particles(tree, matrix.coupling, rhs[:n_dof], soft)
     solve(pattern, matrix.lower, matrix.inverse, soft, matrix.scratch)
     pull_bodies(tree, matrix.coupling, soft)
-    solve_dense(matrix.rigid_lower, matrix.rigid_upper, matrix.coupling.back)
+    solve_dense(matrix.rigid_inverse, matrix.coupling.back, matrix.rigid_scratch)
     for i in range(n_dof):
         rhs[i] += matrix.coupling.back[i]
 
@@ -69,7 +69,7 @@ def refresh(
     """
     matrix, pattern = work.matrix, plant.pattern
     assemble(plant, work, step, activation, mass, locked, centre, motion)
-    factorise_dense(matrix.rigid, matrix.rigid_lower, matrix.rigid_upper)
+    factorise_dense(matrix.rigid, matrix.rigid_inverse)
     factorise(pattern, matrix.diagonal, matrix.off, matrix.lower, matrix.inverse)
     _volume_gradient(plant, work, plant.abdomen_faces, centre, motion, matrix.belly)
     _volume_gradient(plant, work, plant.chest_faces, centre, motion, matrix.chest)

@@ -47,9 +47,9 @@ class Matrix(NamedTuple):
     inverse: Floats
     scratch: Floats
     rigid: Floats
-    rigid_lower: Floats
-    rigid_upper: Floats
-    """(n_dof, n_dof), kg or kg m^2, block of the bodies, and its factor by rows and by columns"""
+    rigid_inverse: Floats
+    """(n_dof, n_dof), kg or kg m^2, block of the bodies, and the inverse of its factor"""
+    rigid_scratch: Floats
     pairs: Floats
     """(n_bodies, n_bodies, 6, 6), kg, between a later and an earlier body"""
     joined: Floats
@@ -149,8 +149,8 @@ def _make_matrix(plant: Plant, n_dof: int, n_particles: int) -> Matrix:
         inverse=np.zeros((n_particles, 3, 3)),
         scratch=np.zeros((n_particles, 3)),
         rigid=np.zeros((n_dof, n_dof)),
-        rigid_lower=np.zeros((n_dof, n_dof)),
-        rigid_upper=np.zeros((n_dof, n_dof)),
+        rigid_inverse=np.zeros((n_dof, n_dof)),
+        rigid_scratch=np.zeros(n_dof),
         pairs=np.zeros((n_bodies, n_bodies, 6, 6)),
         joined=np.zeros((n_bodies, n_bodies)),
         wrench=np.zeros((n_bodies, 6, n_dof)),

@@ -8,6 +8,7 @@ import pytest
 from sim.model.skeleton import spine_bodies
 from sim.physics.age import REACH, differs, keep_lines, loosest, stiffened, touched
 from sim.physics.contact import cross_sheet
+from sim.physics.forces import add_tissue, stiffest_soon
 from sim.physics.work import make_work
 from sim.resting import RestingTorso
 
@@ -77,6 +78,23 @@ def test_stiffer_threads_new_contacts_and_more_activation_age_the_matrix(
     for other, old in ((0.45, True), (0.39, False), (0.16, False), (0.12, True)):
         level[2] = other
         assert differs(level, work.known) == old
+
+
+def test_a_stretching_thread_is_held_as_stiff_as_it_will_be(resting: RestingTorso) -> None:
+    plant = resting.torso.plant
+    tissue, work, ahead = plant.tissue, make_work(plant), 0.02
+    x = np.ascontiguousarray(resting.upright.points)
+    about = x.mean(axis=0)
+    v = 0.5 * (x - about)  # everything grows by a hundredth in 20 ms
+    add_tissue(x, v, tissue, work.strings, work.f)
+    now, soon = work.strings.slope.copy(), np.empty(len(tissue.a))
+    stiffest_soon(tissue, work.strings, ahead, soon)
+    add_tissue(x + ahead * v, v, tissue, work.strings, work.f)
+    assert soon == pytest.approx(work.strings.slope, rel=1e-6)
+    assert (soon / now).max() > 1.05
+    work.strings.slope[:], work.strings.rate[:] = now, -work.strings.rate
+    stiffest_soon(tissue, work.strings, ahead, soon)
+    assert np.array_equal(soon, now)
 
 
 def test_the_diaphragm_does_not_touch_vertebrae(resting: RestingTorso) -> None:

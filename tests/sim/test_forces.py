@@ -36,7 +36,7 @@ def ring(n: int = 12, rows: int = 4, radius: float = 0.1) -> tuple[Floats, Conta
     for f, row in enumerate(near):
         neighbour[f, : len(row)] = row
     contacts = Contacts(
-        point=np.array([len(points)]), face=face, neighbour=neighbour,
+        point=np.array([len(points)]), face=face, corner=np.unique(face), neighbour=neighbour,
         start=np.zeros(1, dtype=np.int64), axis=0.0,
     )  # fmt: skip
     return np.array([*points, [0.05, 0.0, 0.02]]), contacts
@@ -219,8 +219,8 @@ def test_a_particle_keeps_to_its_layer_where_the_sheet_is_folded() -> None:
     ])  # fmt: skip
     face = np.array([[0, 1, 2], [1, 0, 3]], dtype=np.int64)
     contacts = Contacts(
-        point=np.array([4]), face=face, neighbour=np.array([[1, -1], [0, -1]]),
-        start=np.zeros(1, dtype=np.int64), axis=0.0,
+        point=np.array([4]), face=face, corner=np.unique(face), start=np.zeros(1, dtype=np.int64),
+        neighbour=np.array([[1, -1], [0, -1]]), axis=0.0,
     )  # fmt: skip
     held, ease = held_by(x, contacts), np.ones(1)
     assert held[0] == 0

@@ -124,6 +124,15 @@ def test_breaths_are_found(still: Motion) -> None:
     assert moved.time[last.last] == pytest.approx(12.0)
 
 
+def test_steps_left_over_at_the_end_lose_no_breath(still: Motion) -> None:
+    # frames of three steps, and a run that ends two steps after the last of them
+    moved = _breathing(still, 3)
+    step = (moved.time[1] - moved.time[0]) / 3.0
+    short = replace(moved, time=moved.time - 2.0 * step)
+    assert len(find_breaths(short, PERIOD)) == 3
+    assert len(find_breaths(moved.frames(0, len(moved.time) - 1), PERIOD)) == 2
+
+
 @pytest.mark.parametrize(
     ("n_breaths", "drift", "steady", "word"),
     [(3, 0.0, True, ""), (3, 6e-6, False, "drifts 6.0 mL"), (1, 0.0, False, "one breath")],
