@@ -28,6 +28,8 @@ Floats = NDArray[np.float64]
 
 PENALTY = 10.0
 """Cost of a run that the torso cannot do: ten times no pressure at all."""
+HALVES = (0.5, 1.0)
+"""Of the runs of a call, when the searches end."""
 SILENT = 0.005
 """Amplitude under which a muscle takes no part in a call."""
 
@@ -135,12 +137,9 @@ def fit_call(
     """
     began = time.monotonic()
     values, level = linear_steps(task, guesses, tonic, settings.linear_steps)
-    left, stop = settings.n_evaluations - len(task.trace), Stop.NO_SEARCH
-    if left > 0 and worth:
-        found = search(task, values, level, settings, left, settings.algorithm, seed)
-        stop = found.stop
-        if found.cost <= min(task.trace):
-            values = task.space.values(found.best)
+    stop = Stop.NO_SEARCH
+    if worth:
+        values, level, stop = _searched(task, values, level, settings, seed)
     score = task.told(values, level)
     # the best run once more, to go on from
     best = task.runs.each(task.moment, [score], task.space.start, task.space.end)[0]
@@ -163,6 +162,26 @@ def fit_call(
         moment=best[1],
         trajectory=best[0],
     )
+
+
+def _searched(
+    task: CallTask, values: Floats, level: float, settings: FollowSettings, seed: int
+) -> tuple[Floats, float, Stop]:
+    """Two searches with a linear step between, which sets the tonic level anew; how they ended."""
+    stop = Stop.NO_SEARCH
+    for share in HALVES:
+        if stop is not Stop.NO_SEARCH and settings.linear_steps > 0:
+            values, level = linear_steps(task, [values], level, 1)
+        left = round(share * settings.n_evaluations) - len(task.trace)
+        if left <= 0:
+            continue
+        found = search(task, values, level, settings, left, settings.algorithm, seed)
+        stop = found.stop
+        if found.cost <= min(task.trace):
+            values = task.space.values(found.best)
+        if stop is Stop.REACHED:
+            break
+    return values, level, stop
 
 
 def _at_bounds(values: Floats, low: Floats, high: Floats) -> tuple[str, ...]:
