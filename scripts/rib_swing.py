@@ -26,9 +26,30 @@ class Swing:
     damping: float
     inertia: float
 
+    @property
+    def damping_ratio(self) -> float:
+        """Damping over the critical one."""
+        return float(self.damping / (2.0 * np.sqrt(self.stiffness * self.inertia)))
 
-def rib_swing(resting: RestingTorso, rib: int = 5, start: float = 0.1) -> Swing:
-    """(a) One rib alone, no muscle, tissue, pressure or weight, let go `start` rad off."""
+    def closed_form(self) -> Floats:
+        """The oscillator of that stiffness, damping and inertia, (n,), rad."""
+        rate = np.sqrt(self.stiffness / self.inertia)
+        decay = np.sqrt(complex(self.damping_ratio**2 - 1.0))
+        r1, r2 = -rate * (self.damping_ratio - decay), -rate * (self.damping_ratio + decay)
+        part = r2 * np.exp(r1 * self.time) - r1 * np.exp(r2 * self.time)
+        return np.asarray((self.angle[0] * part / (r2 - r1)).real)
+
+    @property
+    def distance(self) -> float:
+        """Greatest distance from the closed form, of the start."""
+        return float(np.abs(self.angle - self.closed_form()).max() / self.angle[0])
+
+
+def rib_swing(resting: RestingTorso, rib: int = 5, start: float = 0.02) -> Swing:
+    """(a) One rib alone, no muscle, tissue, pressure or weight, let go `start` rad off.
+
+    Rib 5 has its joint's limit at 1 degree; `start` stays inside it.
+    """
     bench = Bench(resting)
     plant, model = bench.plant, bench.torso.skeleton.model
     zero = np.zeros_like

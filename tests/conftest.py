@@ -91,6 +91,12 @@ def targets() -> ModuleType:
 
 
 @pytest.fixture(scope="session")
+def swinging() -> ModuleType:
+    """The script that lets a rib swing."""
+    return _script("rib_swing")
+
+
+@pytest.fixture(scope="session")
 def planted() -> ModuleType:
     """The script that plants levels and fits them."""
     return _script("planted_truth")

@@ -75,7 +75,7 @@ def one_run(resting: RestingTorso, cell: Cell, settings: PapersSettings) -> Run:
     n = max(LEAST_BREATHS, math.ceil(settings.map_settle_s / period))
     controls = breath_controls(contraction, period)
     if period < settings.map_fine_below_s:
-        # at the usual step every other breath of a strong, quick pant is 10 % larger
+        # at the usual step the strongest, quickest pant is 3 % larger
         controls = controls.at_step(0.5 * controls.run_step)
     drive, row = controls.drive(n * period), {"contraction": f"{contraction:g}"}
     row |= {"period_s": f"{period:g}", "breaths": str(n)}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import ModuleType
+
 import numpy as np
 import pytest
 
@@ -101,3 +103,9 @@ def test_a_marker_above_the_notch_rides_on_the_manubrium(resting: RestingTorso) 
     a, b, c = (x[[face[k] for face in lost]] for k in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
     assert 3e-3 < area < 3e-2
+
+
+def test_a_rib_alone_swings_as_its_closed_form(resting: RestingTorso, swinging: ModuleType) -> None:
+    """Step (a) of the calibration; past its joint's limit another spring comes in."""
+    assert swinging.rib_swing(resting).distance < 1e-3
+    assert swinging.rib_swing(resting, start=0.1).distance > 0.3
