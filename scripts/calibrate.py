@@ -38,6 +38,8 @@ from sim.units import PASCAL_PER_CMH2O as CMH2O
 MAN = Subject(sex="male", stature=1.756, mass=75.0)
 OUT = Path(__file__).resolve().parents[1] / "docs" / "figures"
 BELLY = np.array([0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5]) * LITRE
+FREE_BELLY = np.append(BELLY, np.array([3.0, 3.5, 4.0]) * LITRE)
+"""A free diaphragm makes way for a part of the gas: more of it for the same pressure."""
 PLEURAL = np.array([-25, -20, -15, -10, -7.5, -2.5, 0, 2.5, 5, 9]) * CMH2O
 VOLUMES = np.array([1.7, 2.4, 3.289, 4.5, 5.7]) * LITRE
 SONG, ESTENNE = "Song 2006", "Estenne 1985"
@@ -68,11 +70,11 @@ def step_a(resting: RestingTorso, axes: Axes) -> list[Row]:
 def step_b(resting: RestingTorso, axes: Axes) -> list[Row]:
     """The belly alone, supine."""
     rows: list[Row] = []
-    for alone, label in ((True, "bones and diaphragm held"), (False, "all free, relaxed")):
-        points, start = belly_inflation(resting, BELLY, wall_alone=alone)
+    for gas, label in ((BELLY, "bones and diaphragm held"), (FREE_BELLY, "all free, relaxed")):
+        points, start = belly_inflation(resting, gas, wall_alone=gas is BELLY)
         v = as_arrays(points, start)
         axes.plot(v["abdominal"], v["wall"], "o-", label=label)
-        gain = float(np.interp(16.3, v["abdominal"], v["wall"]))
+        gain = float(np.interp(16.3, v["abdominal"], v["wall"], right=np.nan))
         rows.append(("b", f"wall sweeps at +16.3 cmH2O, {label}", gain, "L", "1.27", SONG))
     axes.plot(16.3, 1.27, "k*", markersize=12, label=SONG)
     axes.set(xlabel="abdominal pressure above rest (cmH2O)", ylabel="volume swept by the wall (L)")

@@ -32,7 +32,8 @@ from sim.units import PASCAL_PER_CMH2O as CMH2O
 Figures = dict[str, Any]
 UPRIGHT = np.array([-30, -25, -20, -15, -10, -7.5, -2.5, 0, 2.5, 5, 9, 15, 20, 25]) * CMH2O
 SUPINE = np.array([-10, -7.5, -5, -2.5, 0, 2.5, 5]) * CMH2O
-BELLY = np.array([0.5, 1.0, 1.5, 2.0, 2.5]) * LITRE
+BELLY = np.array([0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0]) * LITRE
+"""Gas; the free diaphragm makes way for a part of it."""
 SONG = 16.3
 """cmH2O, pressure of insufflation in Song 2006 (12 mmHg)."""
 HIGH = 0.95
@@ -191,4 +192,4 @@ def belly_gain(resting: RestingTorso) -> Figures:
     """Volume that the belly wall gives at the pressure of an insufflation, L."""
     points, start = belly_inflation(resting, BELLY, wall_alone=False)
     curve = as_arrays([start, *points], start)
-    return {"belly_gain": float(np.interp(SONG, curve["abdominal"], curve["wall"]))}
+    return {"belly_gain": float(np.interp(SONG, curve["abdominal"], curve["wall"], right=np.nan))}

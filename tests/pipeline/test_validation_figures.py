@@ -7,11 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pipeline.validation import static_figures
 from pipeline.validation.behaviours import run_behaviour
 from pipeline.validation.breath_figures import loop_turn, phase_angle
 from pipeline.validation.burst_figures import cough_figures, sneeze_figures
 from pipeline.validation.capacity_figures import girth
-from pipeline.validation.static_figures import falls, reached
+from pipeline.validation.static_figures import SONG, belly_gain, falls, reached
 from sim.errors import ParameterError
 from sim.events import burst_frames
 
@@ -103,3 +104,14 @@ def test_bursts_stand_out_of_a_slow_fall():
 def test_behaviour_that_is_not_there_is_refused():
     with pytest.raises(ParameterError, match="yodel"):
         run_behaviour("yodel", None, "upright")
+
+
+@pytest.mark.parametrize(("end", "expected"), [(0.8, np.nan), (1.25, 0.8)])
+def test_a_belly_that_does_not_reach_the_pressure_has_no_gain_there(
+    monkeypatch: pytest.MonkeyPatch, end: float, expected: float
+) -> None:
+    curve = {"abdominal": np.array([0.0, end * SONG]), "wall": np.array([0.0, 1.0])}
+    monkeypatch.setattr(static_figures, "belly_inflation", lambda *_, **__: ([], None))
+    monkeypatch.setattr(static_figures, "as_arrays", lambda *_: curve)
+    found = belly_gain(SimpleNamespace())["belly_gain"]  # type: ignore[arg-type]
+    assert found == pytest.approx(expected, nan_ok=True)
