@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from operator import lt, truediv
 from pathlib import Path
 from typing import Any
 
@@ -63,20 +64,35 @@ def behaviour_figures(resting: RestingTorso) -> tuple[Figures, dict[str, str]]:
     return out, missing
 
 
-def across(f: Figures) -> Figures:
-    """Figures that compare behaviours of one person."""
-    upright, supine = f["calm_upright.rib_cage_share"], f["calm_supine.rib_cage_share"]
+def _rib_cage_predominates(upright: float, supine: float, full: float) -> bool:
     half = 0.5
-    full = f["vital_capacity_upright.rib_cage_share"]
-    tidal = [f[f"calm_{posture}.tidal_volume"] for posture in ("upright", "supine")]
-    out: Figures = {
-        f"cross.quiet_over_deep_{marker}":
-            f[f"calm_upright.{marker}_way"] / f[f"deep_upright.{marker}_way"]
-        for marker in ("sternum", "navel")
-    }  # fmt: skip
-    out["cross.rib_cage_predominates"] = upright > half and full > half and supine < half
-    out["cross.tidal_falls"] = tidal[1] < tidal[0]
-    return out
+    return upright > half and full > half and supine < half
+
+
+_COMPARED: dict[str, tuple[tuple[str, ...], Callable[..., Any]]] = {
+    "quiet_over_deep_sternum":
+        (("calm_upright.sternum_way", "deep_upright.sternum_way"), truediv),
+    "quiet_over_deep_navel":
+        (("calm_upright.navel_way", "deep_upright.navel_way"), truediv),
+    "rib_cage_predominates":
+        (("calm_upright.rib_cage_share", "calm_supine.rib_cage_share",
+          "vital_capacity_upright.rib_cage_share"), _rib_cage_predominates),
+    "tidal_falls":
+        (("calm_supine.tidal_volume", "calm_upright.tidal_volume"), lt),
+}  # fmt: skip
+"""Comparison to the figures that it takes, and how."""
+
+
+def across(f: Figures) -> Figures:
+    """Figures `cross.NAME` that compare behaviours of one person.
+
+    One whose behaviours are not all there (a run that diverged has no figures) is left out.
+    """
+    return {
+        f"cross.{name}": compare(*(f[figure] for figure in needed))
+        for name, (needed, compare) in _COMPARED.items()
+        if all(figure in f for figure in needed)
+    }
 
 
 def simulate_person(sex: str) -> dict[str, Any]:

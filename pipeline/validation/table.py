@@ -13,6 +13,7 @@ from sim.errors import ParameterError
 
 CLASSES = ("emergent", "tuned", "imposed")
 FINDING = "finding"
+COMPARISON = "cross"
 TABLE, MECHANISMS, LEFT_OUT = (
     page.TABLES / f"validation{part}.csv" for part in ("", "_mechanisms", "_left_out")
 )
@@ -121,8 +122,18 @@ def _found(band: Band, people: Mapping[str, Mapping[str, Any]]) -> Any:
     """Our value of a band, or None."""
     if band.sex in PEOPLE:
         return people[band.sex]["figures"].get(band.figure)
-    man, woman = (people[sex]["figures"]["calm_upright.rib_cage_share"] for sex in PEOPLE)
-    return bool(woman > man)
+    man, woman = (people[sex]["figures"].get("calm_upright.rib_cage_share") for sex in PEOPLE)
+    return None if man is None or woman is None else bool(woman > man)
+
+
+def _why_missing(band: Band, people: Mapping[str, Mapping[str, Any]]) -> str:
+    """Why a band has no value; a comparison lacks one when any run of its people stopped."""
+    run = band.figure.split(".")[0]
+    sexes = (band.sex,) if band.sex in PEOPLE else PEOPLE
+    stopped = {name: why for sex in sexes for name, why in people[sex]["missing"].items()}
+    if run == COMPARISON and stopped:
+        return "; ".join(f"{name}: {why}" for name, why in stopped.items())
+    return str(stopped.get(run, "was not simulated"))
 
 
 def judge(
@@ -137,8 +148,7 @@ def judge(
     """
     found = _found(band, people)
     if found is None:
-        run = band.figure.split(".")[0]
-        why = people[band.sex]["missing"].get(run, "was not simulated")
+        why = _why_missing(band, people)
         return Judged(band=band, value=math.nan, shown="–", verdict=Verdict.NOT_THERE, why=why)
     if band.unit == FINDING:
         side, value, shown = "" if found else "no", math.nan, "yes" if found else "no"

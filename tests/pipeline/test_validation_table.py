@@ -12,6 +12,7 @@ import pytest
 
 from pipeline import page
 from pipeline.records import write_json
+from pipeline.validation.person import across
 from pipeline.validation.strip import LEFT, RIGHT, WIDTH, place, strip
 from pipeline.validation.table import (
     LEFT_OUT,
@@ -83,6 +84,33 @@ def test_row_that_cannot_be_stated_says_why():
     row = judged(None, missing={"run": "the simulation diverged"})
     assert row.verdict is Verdict.NOT_THERE
     assert "diverged" in row.why
+
+
+def test_comparison_with_a_run_that_stopped_is_left_out_and_says_why():
+    figures = {"calm_upright.rib_cage_share": 0.55, "calm_supine.rib_cage_share": 0.45}
+    assert across(figures) == {}
+    whole = {**figures, "vital_capacity_upright.rib_cage_share": 0.6}
+    assert across(whole) == {"cross.rib_cage_predominates": True}
+    assert across({**whole, "calm_supine.rib_cage_share": 0.6}) == {
+        "cross.rib_cage_predominates": False
+    }
+    row = judged(
+        None, replace(BAND, figure="cross.rib_cage_predominates", unit="finding"),
+        missing={"vital_capacity_upright": "diverged after 7 s"},
+    )  # fmt: skip
+    assert row.verdict is Verdict.NOT_THERE
+    assert row.why == "vital_capacity_upright: diverged after 7 s"
+
+
+def test_comparison_of_two_people_needs_both():
+    band = replace(BAND, sex="both", figure="cross.share_women", unit="finding")
+    share = {"calm_upright.rib_cage_share": 0.5}
+    man, woman = ({"figures": f, "missing": {}} for f in (share, {}))
+    woman["missing"] = {"calm_upright": "diverged"}
+    row = judge(band, {"male": man, "female": woman}, WHY)
+    assert (row.verdict, row.why) == (Verdict.NOT_THERE, "calm_upright: diverged")
+    woman["figures"] = {"calm_upright.rib_cage_share": 0.6}
+    assert judge(band, {"male": man, "female": woman}, WHY).verdict is Verdict.IN
 
 
 def test_only_judged_rows_count_in_the_share():
