@@ -193,8 +193,12 @@ class CavityBuilder:
         faces = []
         for j in range(n):
             faces += strip(self.points, grid[j], grid[(j + 1) % n])
-        outer, inner = [*tendon, tendon[0]], [*ring, ring[0]]
-        faces += strip(self.points, outer, inner)
+        # From the back to the front on both sides, so that they are each other's mirror image.
+        inner = len(ring) // 2 + 1
+        left, right = ring[:inner], [ring[0], *ring[: inner - 1 : -1]]
+        faces += strip(self.points, tendon[:half], left)
+        faces += strip(self.points, [tendon[0], *tendon[: half - 2 : -1]], right)
+        faces.append((tendon[half - 1], left[-1], right[-1]))
         faces += [(ring[k], ring[(k + 1) % len(ring)], top) for k in range(len(ring))]
         return grid, faces, ring
 

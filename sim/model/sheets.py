@@ -45,7 +45,7 @@ class SheetBuilder:
         modulus = p["diaphragm_modulus"] * p["diaphragm_thickness"]
         time, slack, curve = p["tissue_time"], p["diaphragm_slack"], p["diaphragm_curve"]
         for j, column in enumerate(grid):
-            left, right = grid[(j + 1) % n], grid[j - 1]
+            right, left = grid[j - 1], grid[(j + 1) % n]
             widths = []
             for i in range(len(column) - 1):
                 spread = [0.5 * self._gap(left[k], right[k]) for k in (i, i + 1)]
@@ -53,7 +53,7 @@ class SheetBuilder:
             # One tension runs through a fibre, so its strip has one strength: the mean.
             self.muscles.add_chain("diaphragm", column, [float(np.mean(widths))] * len(widths))
             for i in range(1, len(column) - 1):
-                along = self._gap(column[i], column[i + 1])
+                along = 0.5 * sum(self._gap(c[i], c[i + 1]) for c in (column, left))
                 self.tissue.add(column[i], left[i], modulus * along / self._gap(column[i], left[i]),
                                 slack, time, 1, curve)  # fmt: skip
             for i in range(len(column) - 1):
@@ -144,19 +144,37 @@ class SheetBuilder:
         p = self.parameters
         thick, time = p["belly_thickness"], p["tissue_time"]
         across, along = p["belly_modulus_transverse"] * thick, p["belly_modulus_sagittal"] * thick
-        rows, curve, bow = len(grid[0]), p["belly_curve_sagittal"], p["belly_curve_transverse"]
+        rows, bow = len(grid[0]), p["belly_curve_transverse"]
         for j in range(n):
-            here, left = grid[j], grid[(j + 1) % n]
+            right, here, left = grid[j - 1], grid[j], grid[(j + 1) % n]
+            share, slack, curve = self._reach(here)
             for i in range(rows - 1):
-                wide = self._gap(here[i], left[i])
+                wide = 0.5 * (self._gap(here[i], left[i]) + self._gap(here[i], right[i]))
                 tall = self._gap(here[i], here[i + 1])
                 if min(here[i], here[i + 1]) < 0:
-                    self.tissue.add(here[i], here[i + 1], along * wide / tall,
-                                    p["belly_slack_sagittal"], time, 0, curve)  # fmt: skip
+                    self.tissue.add(here[i], here[i + 1], share * along * wide / tall,
+                                    slack, time, 0, curve)  # fmt: skip
                 if 0 < i and min(here[i], left[i]) < 0:
-                    self.tissue.add(here[i], left[i], across * tall / wide,
+                    tall = 0.5 * (tall + self._gap(left[i], left[i + 1]))
+                    self.tissue.add(here[i], left[i], across * tall / self._gap(here[i], left[i]),
                                     p["belly_slack_transverse"], time, 0, bow)  # fmt: skip
-                for a, b in ((here[i], left[i + 1]), (left[i], here[i + 1])):
-                    if min(a, b) < 0:
-                        self.tissue.add(a, b, p["belly_shear"] * along,
-                                        p["belly_slack_sagittal"], time, 0, curve)  # fmt: skip
+            share, slack, curve = self._reach(here, left)
+            for a, b in ((here[:-1], left[1:]), (left[:-1], here[1:])):
+                for upper, lower in zip(a, b, strict=True):
+                    if min(upper, lower) < 0:
+                        self.tissue.add(upper, lower, share * p["belly_shear"] * along,
+                                        slack, time, 0, curve)  # fmt: skip
+
+    def _reach(self, *columns: list[int]) -> tuple[float, float, float]:
+        """Stiffness of a wall's columns over that of the wall alone, slack length and curve.
+
+        Rectus and external oblique go on over the ribs to their origins. That part is stretched in
+        series with the wall below the margin: a thread of the whole length, of which the
+        column moves one end, is a thread of the column's length with these three.
+        """
+        p = self.parameters
+        slack, curve = p["belly_slack_sagittal"], p["belly_curve_sagittal"]
+        length = np.mean([sum(self._gap(a, b) for a, b in pairwise(c)) for c in columns])
+        whole = 1.0 + p["wall_reach"] / float(length)
+        shorter = 1.0 - whole * (1.0 - slack)
+        return 1.0 / whole, shorter, curve * shorter / (whole * slack)
