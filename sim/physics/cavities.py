@@ -36,7 +36,9 @@ def lung_pressures(
     alveolar = left / volume - k.atmosphere
     recoil = lung.recoil_pressure(volume, k.lung_limit, k.lung_scale, k.lung_rate)
     stiffness = lung.recoil_stiffness(volume, k.lung_limit, k.lung_scale, k.lung_rate)
-    stiffness += lung.alveolar_stiffness(gas, volume, flow, step, k.atmosphere, k1, k.airway_k2)
+    stiffness += lung.alveolar_stiffness(
+        gas, volume, flow, step, k.atmosphere, k1, k.airway_k2, cap
+    )
     out[0], out[1], out[2], out[3] = volume, alveolar, alveolar - recoil, flow
     return left, stiffness
 

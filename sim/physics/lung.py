@@ -72,10 +72,21 @@ def outflow(
 
 @compiled
 def alveolar_stiffness(
-    gas: float, volume: float, flow: float, step: float, atmosphere: float, k1: float, k2: float
-) -> float:
-    """Fall of the alveolar pressure with lung volume within one step, Pa/m^3, positive."""
+    gas: float, volume: float, flow: float, step: float, atmosphere: float, k1: float, k2: float,
+    cap: float,
+) -> float:  # fmt: skip
+    """Fall of the alveolar pressure with lung volume within one step, Pa/m^3, positive.
+
+    Where the flow is at its cap it does not answer to the pressure: the gas is shut in.
+
+    Parameters
+    ----------
+    gas, volume, step, atmosphere, k1, k2, cap : as in `outflow`
+    flow : what `outflow` gives, m^3/s
+    """
     absolute = (gas - step * atmosphere * flow) / volume
+    if flow >= cap:
+        return absolute / volume
     resistance = k1 + 2.0 * k2 * abs(flow)
     return resistance * (absolute / volume) / (resistance + step * atmosphere / volume)
 
