@@ -16,6 +16,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+import hypothesis
 import pytest
 import yaml
 
@@ -32,6 +33,10 @@ if TYPE_CHECKING:
     import numpy as np
 
     from sim.motion import Motion
+
+# No test is timed: a first call compiles.
+hypothesis.settings.register_profile("pleura", deadline=None)
+hypothesis.settings.load_profile("pleura")
 
 ROOT = Path(__file__).resolve().parents[1]
 # a torso of 1.75 m, body axes (X anterior, Y left, Z up), m

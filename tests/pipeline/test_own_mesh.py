@@ -63,7 +63,7 @@ def test_seams_are_welded(tmp_path):
     scale=st.floats(0.5, 2),
     shift=st.tuples(*[st.floats(-1, 1)] * 3),
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_a_planted_similarity_is_found(turn, scale, shift):
     source = np.random.default_rng(5).normal(size=(12, 3))
     whole = Rotation.from_rotvec(turn)

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.places import default_config
@@ -53,7 +53,6 @@ def test_steps_go_evenly_from_the_own_breath_to_the_target(defaults):
     assert last.pause / last.expiration == pytest.approx(OWN.pause / OWN.expiration)
 
 
-@settings(deadline=None)
 @given(
     tidal=st.floats(0.2e-3, 2e-3), rate=st.floats(8.0, 30.0), share=st.floats(0.3, 1.0),
     dead=st.floats(0.0, 0.19e-3),

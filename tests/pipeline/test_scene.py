@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
@@ -45,7 +45,6 @@ def test_steps_are_summed_up_again(values):
 
 
 @given(arrays(np.float64, (9, 4, 3), elements=st.floats(-2, 2)))
-@settings(deadline=None)
 def test_components_keep_every_point_within_the_tolerance(points):
     modes = packing.principal(points, 1e-3)
     moves = modes.weights.values() @ (modes.scale[:, None] * modes.shapes)

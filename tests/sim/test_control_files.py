@@ -261,7 +261,7 @@ WHOLE = st.builds(
 
 
 @given(WHOLE)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_what_is_written_is_read_back(controls: Controls) -> None:
     text = format_controls(controls)
     assert parse(text) == controls

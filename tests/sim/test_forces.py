@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from sim import engine
@@ -74,7 +74,6 @@ def test_gap_is_positive_inside_and_negative_outside(inside: float) -> None:
     st.floats(0.0, 2.0 * np.pi), st.floats(0.001, 0.149), st.floats(0.02, 0.096),
     st.integers(0, 2), st.integers(-2, 2),
 )  # fmt: skip
-@settings(deadline=None)
 def test_walk_ends_on_the_face_that_the_ray_crosses(
     angle: float, height: float, radius: float, row: int, aside: int
 ) -> None:

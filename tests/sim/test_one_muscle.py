@@ -58,7 +58,7 @@ def test_both_steps_are_of_first_order(law: str, scheme: str) -> None:
     assert convergence(law, NUMBERS, scheme).order == pytest.approx(1.0, abs=0.1)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     law=st.sampled_from(sorted(LAWS)),
     start=st.floats(0.55, 1.45),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -75,7 +75,6 @@ def gradient(joints: Joints, rotation: Rotation) -> Floats:
 
 
 @given(st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3))
-@settings(deadline=None)
 def test_rotation_vector_of_a_quaternion(vector: list[float]) -> None:
     rotation = Rotation.from_rotvec(vector)
     out = np.empty(3)
@@ -86,7 +85,6 @@ def test_rotation_vector_of_a_quaternion(vector: list[float]) -> None:
 
 
 @given(seeds, st.floats(1e-3, 1.2))
-@settings(deadline=None)
 def test_joint_torque_is_the_gradient_of_its_energy(seed: int, angle: float) -> None:
     # the series of the rotation vector's rate is cut after angle^2 / 12; the next term is
     # angle^4 / 720 of the elastic torque
@@ -99,7 +97,6 @@ def test_joint_torque_is_the_gradient_of_its_energy(seed: int, angle: float) -> 
 
 
 @given(seeds)
-@settings(deadline=None)
 def test_a_bend_moves_the_slack_pose(seed: int) -> None:
     rng = np.random.default_rng(seed)
     joints, bend = one_ball(seed), rng.uniform(-0.3, 0.3, (1, 3))
@@ -111,7 +108,6 @@ def test_a_bend_moves_the_slack_pose(seed: int) -> None:
 
 
 @given(seeds)
-@settings(deadline=None)
 def test_limits_push_back_along_the_gradient_too(seed: int) -> None:
     joints = one_ball(seed, limited=True)
     axis = np.random.default_rng(seed + 1).standard_normal(3)
@@ -122,7 +118,6 @@ def test_limits_push_back_along_the_gradient_too(seed: int) -> None:
 
 
 @given(seeds)
-@settings(deadline=None)
 def test_joint_friction_takes_energy(seed: int) -> None:
     rng = np.random.default_rng(seed)
     root = rng.standard_normal((3, 3))

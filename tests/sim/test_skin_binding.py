@@ -40,7 +40,7 @@ def test_weights_are_shares_and_sum_to_one(dressed_motion: Motion, method: str) 
 
 @pytest.mark.parametrize("method", METHODS)
 @given(turn=st.tuples(*[st.floats(-3, 3)] * 3), shift=st.tuples(*[st.floats(-1, 1)] * 3))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_a_rigid_motion_of_everything_is_followed_exactly(
     dressed_motion: Motion, method: str, turn: tuple[float, ...], shift: tuple[float, ...]
 ) -> None:

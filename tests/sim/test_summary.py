@@ -58,7 +58,7 @@ def _breathing(still: Motion, n_breaths: int, drift: float = 0.0, tidal: float =
 
 
 @given(seed=st.integers(0, 1000))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_parts_sweep_what_the_whole_gains(seed: int) -> None:
     rng = np.random.default_rng(seed)
     moved = CUBE + 0.2 * rng.standard_normal(CUBE.shape)

@@ -68,7 +68,7 @@ def test_volume_of_a_sphere_of_second_order_in_the_edge() -> None:
 
 
 @given(seeds)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_shift_and_turn_change_no_volume(seed: int) -> None:
     x, faces = bumpy(seed)
     rng = np.random.default_rng(seed)
@@ -77,7 +77,7 @@ def test_shift_and_turn_change_no_volume(seed: int) -> None:
 
 
 @given(seeds)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_uniform_pressure_has_no_net_force_or_moment(seed: int) -> None:
     x, faces = bumpy(seed)
     f = forces(x, faces, 1000.0)
@@ -87,7 +87,7 @@ def test_uniform_pressure_has_no_net_force_or_moment(seed: int) -> None:
 
 
 @given(seeds)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_force_is_pressure_times_volume_gradient(seed: int) -> None:
     x, faces = bumpy(seed)
     f = forces(x, faces, 700.0)
@@ -103,7 +103,7 @@ def test_force_is_pressure_times_volume_gradient(seed: int) -> None:
 
 
 @given(seeds)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_a_sloped_pressure_is_the_weight_of_the_fluid(seed: int) -> None:
     x, faces = bumpy(seed)
     gravity = np.random.default_rng(seed).uniform(-10.0, 10.0, 3)
