@@ -1,4 +1,4 @@
-"""The built torso: what it is made of, its symmetry and its size."""
+"""The built torso: what it is made of and its size."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
 
 from sim.errors import ParameterError
 from sim.model.anatomy import SIDES
 from sim.model.muscles import MUSCLE_GROUPS
 from sim.model.skeleton import SEGMENTS, body_masses
 from sim.model.torso import Subject, Torso, build_torso, lung_capacity
-from sim.physics.plant import Tissue
 from sim.physics.surface import enclosed_volume
 from sim.physics.types import Floats, Ints
 from sim.tables import body_size, column, parameters, read_rows
@@ -153,33 +151,6 @@ def test_the_cavities_share_the_diaphragm_reversed(torso: Torso) -> None:
     assert not named(chest) & named(belly)
 
 
-def mirrored(points: Floats) -> Floats:
-    return points * [1.0, -1.0, 1.0]
-
-
-def test_left_is_the_mirror_of_right(torso: Torso) -> None:
-    x = torso.places
-    distance, _ = cKDTree(x).query(mirrored(x))
-    assert distance.max() < 1e-9
-    model = torso.skeleton.model
-    for i in range(1, 13):
-        left, right = model.body(f"rib_L{i}"), model.body(f"rib_R{i}")
-        assert left.mass[0] == pytest.approx(right.mass[0])
-        np.testing.assert_allclose(left.inertia, right.inertia, rtol=1e-9)
-
-
-@pytest.mark.parametrize("group", MUSCLE_GROUPS)
-def test_muscles_are_symmetric(torso: Torso, group: str) -> None:
-    m, x = torso.plant.muscles, torso.places
-    e = elements(torso, group)
-    middle = 0.5 * (x[m.a[e]] + x[m.b[e]])
-    # an element has a mirror image at its place, as strong and as long
-    what = np.column_stack([mirrored(middle), 1e-3 * m.f_max[e], m.rest[e]])
-    has = np.column_stack([middle, 1e-3 * m.f_max[e], m.rest[e]])
-    distance, _ = cKDTree(has).query(what)
-    assert distance.max() < 1e-6
-
-
 def crossing_angles(torso: Torso) -> Floats:
     """Angle, deg, between each external element and the nearest internal one of its space."""
     m, x = torso.plant.muscles, torso.places
@@ -254,59 +225,6 @@ def test_a_woman_is_smaller_than_a_man_of_her_height(torso: Torso) -> None:
     assert volumes[0] / volumes[1] == pytest.approx(0.89, abs=0.02)
     capacity = lung_capacity(woman.subject)
     assert all(capacity[k] < v for k, v in lung_capacity(MAN).items() if k in ("tlc", "frc"))
-
-
-def partners(torso: Torso, a: Ints, b: Ints) -> list[int]:
-    """Threads, and for each the one that is its mirror image."""
-    model, where = torso.skeleton.model, np.round(torso.places * 1e6).astype(int)
-    other = str.maketrans("LR", "RL")
-
-    def end(point: int, side: int) -> tuple[int, int, int, str]:
-        name = "particle"
-        if point < torso.n_bound:
-            name = model.body(int(torso.plant.point_body[point])).name
-            head, _, tail = name.rpartition("_")
-            if side < 0 and head and tail[0] in "LR":
-                name = f"{head}_{tail.translate(other)}"
-        x, y, z = where[point]
-        return int(x), int(side * y), int(z), name
-
-    def key(k: int, side: int) -> frozenset[tuple[int, int, int, str]]:
-        return frozenset((end(int(a[k]), side), end(int(b[k]), side)))
-
-    found: dict[frozenset[tuple[int, int, int, str]], list[int]] = {}
-    for k in range(len(a)):
-        found.setdefault(key(k, 1), []).append(k)
-    return [found[key(k, -1)].pop() for k in range(len(a))]
-
-
-def test_tissue_of_left_and_right_is_alike(torso: Torso) -> None:
-    tissue = torso.plant.tissue
-    other = partners(torso, tissue.a, tissue.b)
-    assert sorted(other) == list(range(len(other)))
-    for name in ("stiffness", "rest", "curve", "damping"):
-        mine = getattr(tissue, name)
-        np.testing.assert_allclose(mine[other], mine, rtol=1e-9, atol=1e-12, err_msg=name)
-
-
-def test_threads_of_the_wall_are_the_ends_of_longer_ones() -> None:
-    """The part on the ribs makes a column softer, and leaves its tension where it was."""
-    p = parameters()
-    short, long = (
-        build_torso(MAN, parameters=p.replace(wall_reach=reach)).plant.tissue
-        for reach in (0.0, 0.2)
-    )
-    changed = short.stiffness != long.stiffness
-    assert changed.sum() > 300
-    built = short.rest[changed] / p["belly_slack_sagittal"]
-
-    def tension(tissue: Tissue, stretch: float) -> Floats:
-        rest, curve = tissue.rest[changed], tissue.curve[changed]
-        strain = built * stretch / rest - 1.0
-        return np.asarray(tissue.stiffness[changed] * rest * np.expm1(curve * strain) / curve)
-
-    np.testing.assert_allclose(tension(long, 1.0), tension(short, 1.0), rtol=1e-9)
-    assert np.all(tension(long, 1.2) < 0.8 * tension(short, 1.2))
 
 
 def test_size_is_near_the_populations(torso: Torso) -> None:
