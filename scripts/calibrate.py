@@ -20,11 +20,11 @@ from rib_swing import rib_swing
 
 from sim.bench import Bench
 from sim.model.torso import Subject, lung_capacity
-from sim.physics import lung
 from sim.physics.types import Floats
 from sim.resting import RestingTorso, rest_torso
 from sim.statics import (
     LITRE,
+    airway_pressure,
     as_arrays,
     belly_inflation,
     closed_effort,
@@ -40,7 +40,7 @@ OUT = Path(__file__).resolve().parents[1] / "docs" / "figures"
 BELLY = np.array([0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5]) * LITRE
 FREE_BELLY = np.append(BELLY, np.array([3.0, 3.5, 4.0]) * LITRE)
 """A free diaphragm makes way for a part of the gas: more of it for the same pressure."""
-PLEURAL = np.array([-25, -20, -15, -10, -7.5, -2.5, 0, 2.5, 5, 9]) * CMH2O
+PLEURAL = np.array([-25, -20, -15, -10, -7.5, -4, -2.5, -1, 0, 2.5, 5, 9]) * CMH2O
 VOLUMES = np.array([1.7, 2.4, 3.289, 4.5, 5.7]) * LITRE
 SONG, ESTENNE = "Song 2006", "Estenne 1985"
 Row = tuple[str, str, float, str, str, str]
@@ -93,9 +93,10 @@ def step_c(resting: RestingTorso, axes: Axes) -> list[Row]:
     for posture in ("upright", "supine"):
         points = relaxation(resting, PLEURAL, posture)
         start = min(points, key=lambda p: abs(p.rib_cage) + abs(p.wall))
-        v, at = as_arrays(points, start), start.pleural / CMH2O
+        v = as_arrays(points, start)
+        airway = airway_pressure(resting, v)
         for part, name in names.items():
-            c = compliance(v["pleural"], v[part], at)
+            c = compliance(airway, v["pleural"], v[part])
             target = targets[posture, part]
             rows.append(("c", f"{name} compliance, {posture}", c, "L/cmH2O", target, ESTENNE))
         if posture == "supine":
@@ -108,20 +109,19 @@ def step_c(resting: RestingTorso, axes: Axes) -> list[Row]:
 
 
 def _rahn(resting: RestingTorso, axes: Axes, v: dict[str, Floats]) -> list[Row]:
-    k = resting.torso.plant.constants
     capacity = {n: c / LITRE for n, c in lung_capacity(resting.torso.subject).items()}
-    recoil = [lung.recoil_pressure(q * LITRE, k.lung_limit, k.lung_scale, k.lung_rate) / CMH2O
-              for q in v["lung"]]  # fmt: skip
+    airway = airway_pressure(resting, v)
+    recoil = airway - v["pleural"]
     axes.plot(v["pleural"], v["lung"], "o-", label="chest wall")
     axes.plot(recoil, v["lung"], "o-", label="lung")
-    axes.plot(v["pleural"] + recoil, v["lung"], "o-", label="together")
+    axes.plot(airway, v["lung"], "o-", label="together")
     for name in ("rv", "frc", "tlc"):
         axes.axhline(capacity[name], color="0.8", zorder=0)
         axes.text(axes.get_xlim()[0], capacity[name], f" {name.upper()}", va="bottom")
     axes.plot([-27, 9], [capacity["rv"], capacity["tlc"]], "k*", markersize=10, label="Rahn 1946")
     axes.set(xlabel="pressure (cmH2O)", ylabel="lung volume (L)")
     axes.legend()
-    frc = float(np.interp(0.0, v["pleural"] + np.array(recoil), v["lung"]))
+    frc = float(np.interp(0.0, airway, v["lung"]))
     share = 100.0 * (frc - capacity["rv"]) / (capacity["tlc"] - capacity["rv"])
     high = float(np.interp(9.0, v["pleural"], v["lung"]))
     low = float(np.interp(-25.0, v["pleural"], v["lung"]))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from sim.bench import SUBSTEPS, Bench, Point
+from sim.physics import lung
 from sim.physics.surface import enclosed_volume
 from sim.physics.types import Floats
 from sim.rest import HOLD
@@ -15,6 +16,10 @@ from sim.resting import RestingTorso
 from sim.units import PASCAL_PER_CMH2O
 
 LITRE = 1e-3
+WEIGHT = 10.0
+"""cmH2O, pressure at the airway up to which a weighted spirometer inflates."""
+NEAR_REST = 0.1
+"""cmH2O, by which the airway pressure of the resting point may miss nothing."""
 RISE, HELD = 1.0, 2.0
 """s, over which an effort rises and for which it is held."""
 
@@ -149,7 +154,26 @@ def as_arrays(points: list[Point], start: Point) -> dict[str, Floats]:
     }
 
 
-def compliance(pressure: Floats, volume: Floats, at: float, span: float = 3.0) -> float:
-    """L/cmH2O about a pressure: straight line through the points within `span` of it."""
-    near = np.abs(pressure - at) <= span
-    return float(np.polyfit(pressure[near], volume[near], 1)[0])
+def airway_pressure(resting: RestingTorso, curve: dict[str, Floats]) -> Floats:
+    """cmH2O, of a relaxed torso: that of the chest wall and the lung's recoil, of `as_arrays`."""
+    k = resting.torso.plant.constants
+    recoil = [
+        lung.recoil_pressure(v * LITRE, k.lung_limit, k.lung_scale, k.lung_rate)
+        for v in curve["lung"]
+    ]
+    return np.asarray(curve["pleural"] + np.array(recoil) / PASCAL_PER_CMH2O)
+
+
+def compliance(airway: Floats, pleural: Floats, volume: Floats) -> float:
+    """L/cmH2O of a part of the chest wall: slope of its volume against pleural pressure.
+
+    As a weighted spirometer finds it (Estenne 1985): from rest up to `WEIGHT` at the airway, all
+    muscles relaxed. Below rest the chest wall is stiffer and is not part of it.
+
+    Parameters
+    ----------
+    airway, pleural : (n,), cmH2O
+    volume : (n,), L
+    """
+    loaded = (airway >= -NEAR_REST) & (airway <= WEIGHT)
+    return float(np.polyfit(pleural[loaded], volume[loaded], 1)[0])

@@ -12,6 +12,7 @@ from sim.model.anatomy import SIDES
 from sim.model.skeleton import segment_of
 from sim.motion import Motion
 from sim.physics.types import Floats, Ints
+from sim.ultrasound import dome_excursion, is_dome
 from sim.units import PASCAL_PER_CMH2O
 
 STEADY_DRIFT = 5e-6
@@ -20,8 +21,6 @@ STEADY_TIDAL = 0.01
 """Tidal volume of a steady run changes by less than this share a breath."""
 NOTHING = 1e-9
 """m^3; a smaller volume has no shares."""
-DOME_HEIGHT = 0.03
-"""m; what lies this near below the highest point of the diaphragm at rest is its dome."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -138,16 +137,10 @@ def against_body(motion: Motion, points: Floats, body: str) -> Floats:
     return np.asarray(np.einsum("fij,fni->fnj", turn, points - motion.position[:, b, None]))
 
 
-def dome_descent(motion: Motion, rest: Motion, start: int, end: int) -> dict[str, float]:
-    """Mean way down of the dome and of its posterior quarters between two frames, m."""
-    still, moving = rest.soft["diaphragm"].vertices[0], motion.soft["diaphragm"].vertices
-    dome = still[:, 2] > still[:, 2].max() - DOME_HEIGHT
-    middle = still[dome, 0].mean()
-    back = dome & (still[:, 0] < middle)
-    right, left = back & (still[:, 1] < 0.0), back & (still[:, 1] > 0.0)
-    way = moving[start, :, 2] - moving[end, :, 2]
-    parts = {"mean": dome, "right_posterior": right, "left_posterior": left}
-    return {name: float(way[part].mean()) for name, part in parts.items()}
+def dome_descent(motion: Motion, rest: Motion, start: int, end: int) -> float:
+    """Mean way down of the dome between two frames, m."""
+    vertices = motion.soft["diaphragm"].vertices[:, is_dome(rest), 2]
+    return float((vertices[start] - vertices[end]).mean())
 
 
 def steadiness(motion: Motion, breaths: list[Breath]) -> tuple[bool, float, str]:
@@ -217,12 +210,13 @@ def _excursions(motion: Motion, rest: Motion, b: Breath) -> dict[str, Any]:
     chest = against_body(motion, motion.markers, "T5-T8")
     sternum = 1e3 * (chest[b.high] - chest[b.low])[motion.marker_names.index("STRN")]
     dome = dome_descent(motion, rest, b.low, b.high)
+    echo = dome_excursion(motion, rest, b.low, b.high)
     return {
         "sternum_excursion_mm": float(sternum[0]),
         "sternum_excursion_up_mm": float(sternum[2]),
         "abdomen_excursion_mm": each["NAVEL"][0],
-        "diaphragm_excursion_mm": 1e3 * dome["mean"],
-        "diaphragm_excursion_right_posterior_mm": 1e3 * dome["right_posterior"],
+        "diaphragm_excursion_mm": 1e3 * dome,
+        "diaphragm_excursion_right_posterior_mm": 1e3 * echo["right"],
         "marker_excursion_mm": {k: dict(zip("xyz", v, strict=True)) for k, v in each.items()},
     }
 

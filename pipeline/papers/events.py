@@ -31,7 +31,7 @@ def tilt(done: Behaviour) -> Floats:
 
 def dome_rise(done: Behaviour, start: int, end: int) -> float:
     """Way of the dome up between two frames, mm."""
-    return -MM * dome_descent(done.motion, done.rest, start, end)["mean"]
+    return -MM * dome_descent(done.motion, done.rest, start, end)
 
 
 def event_details(done: Behaviour, capacity: Mapping[str, float]) -> dict[str, Any]:

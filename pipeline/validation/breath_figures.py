@@ -15,11 +15,11 @@ from sim.physics.types import Floats
 from sim.summary import (
     Breath,
     compartments,
-    dome_descent,
     find_breaths,
     rib_rotations,
     summarise,
 )
+from sim.ultrasound import dome_excursion
 from sim.units import PASCAL_PER_CMH2O
 
 CM = 1e2
@@ -84,7 +84,7 @@ def breath_figures(run: Run) -> Figures:
     dia = (m.pressures["abdomen"] - m.pressures["pleural"])[b.first : b.last + 1]
     gastric = m.pressures["abdomen"][b.first : b.last + 1]
     inspiration = float(time[b.high] - time[b.low])
-    dome = dome_descent(m, run.rest, b.low, b.high)
+    dome = dome_excursion(m, run.rest, b.low, b.high)
     turned = rib_means(rib_rotations(m, run.rest, b.high), "rib")
     loop = konno_mead(m, b)
     quiet = {
@@ -95,8 +95,8 @@ def breath_figures(run: Run) -> Figures:
         "breaths_per_min": f["breaths_per_min"],
         "te_over_ti": (1.0 / run.rate - inspiration) / inspiration,
         "tidal_volume": f["tidal_volume_l"],
-        "dome_right": CM * dome["right_posterior"],
-        "dome_left": CM * dome["left_posterior"],
+        "dome_right": CM * dome["right"],
+        "dome_left": CM * dome["left"],
         "pleural_end_expiration": float(
             m.pressures["pleural"][b.low] / PASCAL_PER_CMH2O
         ),

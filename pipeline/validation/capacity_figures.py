@@ -14,7 +14,8 @@ from sim.model.torso import Torso
 from sim.physics.types import Floats, Ints
 from sim.resting import RestingTorso
 from sim.simulate import Trajectory, replay, skin_frames
-from sim.summary import Breath, compartments, dome_descent, find_breaths, rib_rotations
+from sim.summary import Breath, compartments, find_breaths, rib_rotations
+from sim.ultrasound import dome_excursion
 
 LITRES, CM, PERCENT = 1e3, 1e2, 1e2
 TAPES = {"upper": (("LUCH", "RUCH"), "T5"), "lower": (("XIPH",), "T10")}
@@ -126,7 +127,7 @@ def capacity_figures(run: Run, resting: RestingTorso) -> Figures:
     b = find_breaths(m, 1.0 / run.rate)[-1]
     lung = m.volumes["lung"]
     swept, inspired = compartments(m, b.low, b.high), float(lung[b.high] - lung[b.low])
-    dome = dome_descent(m, run.rest, 0, b.high)
+    dome = dome_excursion(m, run.rest, 0, b.high)
     way = m.markers[b.high] - m.markers[b.low]
     size = dict(zip(m.marker_names, 1e3 * np.linalg.norm(way, axis=1), strict=True))
     rest = float(run.rest.volumes["lung"][0])
@@ -137,8 +138,8 @@ def capacity_figures(run: Run, resting: RestingTorso) -> Figures:
         "vital_capacity": LITRES * inspired,
         "largest_volume": LITRES * float(lung[b.high]),
         "least_volume": LITRES * float(lung[b.low]),
-        "dome_right": CM * dome["right_posterior"],
-        "dome_left": CM * dome["left_posterior"],
+        "dome_right": CM * dome["right"],
+        "dome_left": CM * dome["left"],
         "rib_cage_share": swept["rib_cage"] / (swept["rib_cage"] + swept["belly"]),
         "diaphragm_share": swept["diaphragm"] / inspired,
         "sternum_way": float(size["STRN"]),

@@ -17,6 +17,7 @@ from sim.resting import RestingTorso
 from sim.simulate import group_activation
 from sim.statics import (
     LITRE,
+    airway_pressure,
     as_arrays,
     at_volume,
     belly_inflation,
@@ -30,8 +31,8 @@ from sim.summary import rib_rotations
 from sim.units import PASCAL_PER_CMH2O as CMH2O
 
 Figures = dict[str, Any]
-UPRIGHT = np.array([-30, -25, -20, -15, -10, -7.5, -2.5, 0, 2.5, 5, 9, 15, 20, 25]) * CMH2O
-SUPINE = np.array([-10, -7.5, -5, -2.5, 0, 2.5, 5]) * CMH2O
+UPRIGHT = np.array([-30, -25, -20, -15, -10, -7.5, -4, -2.5, -1, 0, 2.5, 5, 9, 15, 20, 25]) * CMH2O
+SUPINE = np.array([0, 1, 2.5, 4, 5]) * CMH2O
 BELLY = np.array([0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0]) * LITRE
 """Gas; the free diaphragm makes way for a part of it."""
 SONG = 16.3
@@ -73,15 +74,15 @@ def relaxation_figures(resting: RestingTorso) -> tuple[Figures, dict[str, list[f
     for posture, pressures in (("supine", SUPINE), ("upright", UPRIGHT)):
         points = relaxation(resting, pressures, posture)
         start = min(points, key=lambda p: abs(p.rib_cage) + abs(p.wall))
-        curve, at = as_arrays(points, start), start.pleural / CMH2O
-        parts = [compliance(curve["pleural"], curve[part], at) for part in ("rib_cage", "wall")]
+        curve = as_arrays(points, start)
+        airway = airway_pressure(resting, curve)
+        parts = [compliance(airway, curve["pleural"], curve[part]) for part in ("rib_cage", "wall")]
         out[f"rib_cage_compliance_{posture}"] = parts[0]
         out[f"abdomen_compliance_{posture}"] = parts[1]
         out[f"chest_wall_compliance_{posture}"] = sum(parts)
-    recoil = np.array([lung.recoil_pressure(v * LITRE, k.lung_limit, k.lung_scale, k.lung_rate)
-                       for v in curve["lung"]]) / CMH2O  # fmt: skip
     wall, volume = curve["pleural"], curve["lung"]
-    frc = float(np.interp(0.0, wall + recoil, volume))
+    recoil = airway - wall
+    frc = float(np.interp(0.0, airway, volume))
     neutral = float(np.interp(0.0, wall, volume))
     share = 100.0 / (capacity["tlc"] - capacity["rv"])
     out["frc_share"] = share * (frc - capacity["rv"])

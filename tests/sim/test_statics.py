@@ -11,6 +11,8 @@ from sim.physics.types import Floats
 from sim.resting import RestingTorso
 from sim.statics import (
     LITRE,
+    WEIGHT,
+    airway_pressure,
     as_arrays,
     at_volume,
     closed_effort,
@@ -89,9 +91,16 @@ def test_own_inspiration_leaves_the_diaphragm_shorter_than_filling(resting: Rest
     assert diaphragm_rise((relaxed, active)) < diaphragm_rise((filled, passive))
 
 
-def test_compliance_is_the_slope_about_a_pressure(resting: RestingTorso) -> None:
+def test_compliance_is_the_slope_from_rest_up_to_the_weight(resting: RestingTorso) -> None:
     point = Bench(resting).go(0.1)
     assert as_arrays([point], point)["rib_cage"] == pytest.approx([0.0])
-    pressure = np.array([-20.0, -7.0, -5.0, -3.0, 10.0])
-    volume = np.where(np.abs(pressure + 5.0) <= 3.0, 0.1 * pressure, 99.0)
-    assert compliance(pressure, volume, -5.0) == pytest.approx(0.1)
+    pleural = np.array([-20.0, -7.0, -5.0, -3.0, 0.0, 10.0])
+    airway = np.array([-30.0, -4.0, 0.0, 4.0, 9.0, 25.0])
+    volume = np.where((airway >= 0.0) & (airway <= WEIGHT), 0.1 * pleural, 99.0)
+    assert compliance(airway, pleural, volume) == pytest.approx(0.1)
+
+
+def test_at_rest_nothing_is_at_the_airway(resting: RestingTorso) -> None:
+    point = Bench(resting).go(0.5)
+    airway = airway_pressure(resting, as_arrays([point], point))
+    assert airway == pytest.approx([0.0], abs=0.1)
