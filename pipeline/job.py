@@ -63,6 +63,7 @@ class Job:
     file, markers : paths; `markers` may be empty
     problem : why the row cannot be used, empty if it can
     settings : section name to values
+    torso : digest of the simulation's code and tables
     edit : digest of what a person changed in the stage's table, empty where nothing was
     """
 
@@ -76,6 +77,7 @@ class Job:
     settings: dict[str, dict[str, Any]]
     seed: int
     version: str
+    torso: str = ""
     edit: str = ""
 
     @property
@@ -118,6 +120,7 @@ def make_job(entry: Entry, stage: str, config: Mapping[str, Any], edit: str = ""
         settings={name: dict(config[name]) for name in SECTIONS_OF[stage]},
         seed=config["seed"],
         version=places.version(),
+        torso=places.torso_code(),
         edit=edit,
     )
 

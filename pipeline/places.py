@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import shutil
 import subprocess
+from collections.abc import Sequence
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -39,10 +41,10 @@ def version() -> str:
         return "not installed"
 
 
-def fingerprint(root: Path) -> str:
-    """Return a short digest of the Python and data files of `sim` and `pipeline` under `root`."""
+def fingerprint(root: Path, packages: Sequence[str] = ("sim", "pipeline")) -> str:
+    """Return a short digest of the Python and data files of the packages under `root`."""
     digest = hashlib.sha256()
-    for package in ("sim", "pipeline"):
+    for package in packages:
         for path in sorted((root / package).rglob("*")):
             inside = path.relative_to(root)
             if "__pycache__" in inside.parts or inside.parts[:2] == ("pipeline", "shipped"):
@@ -51,6 +53,18 @@ def fingerprint(root: Path) -> str:
                 digest.update(inside.as_posix().encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
+
+
+@cache
+def stamp() -> str:
+    """Return version and digest of the code, so that a page is made anew when either changes."""
+    return f"{version()} {fingerprint(PACKAGE.parent)}"
+
+
+@cache
+def torso_code() -> str:
+    """Return the digest of the simulation alone: a fit is made anew when its torso changes."""
+    return fingerprint(PACKAGE.parent, ("sim",))
 
 
 def commit(folder: Path) -> str:

@@ -7,7 +7,7 @@ rule papers_printed:
     params:
         part="papers",
         settings=plan.papers,
-        version=places.version(),
+        version=places.stamp(),
     shell:
         "pleura reproduce {params.part} --settings {params.settings:q} 2> {log:q}"
 
@@ -20,7 +20,7 @@ use rule papers_printed as papers_calibrated with:
     params:
         part="calibrated",
         settings=plan.papers,
-        version=places.version(),
+        version=places.stamp(),
 
 
 use rule papers_printed as papers_set with:
@@ -31,7 +31,7 @@ use rule papers_printed as papers_set with:
     params:
         part="papers_set",
         settings=plan.papers,
-        version=places.version(),
+        version=places.stamp(),
 
 
 use rule papers_printed as papers_experiments with:
@@ -42,7 +42,7 @@ use rule papers_printed as papers_experiments with:
     params:
         part="experiments",
         settings=plan.papers,
-        version=places.version(),
+        version=places.stamp(),
 
 
 rule papers_map:
@@ -54,7 +54,7 @@ rule papers_map:
     threads: workflow.cores or 1
     params:
         settings=plan.papers,
-        version=places.version(),
+        version=places.stamp(),
     shell:
         "pleura reproduce map --processes {threads} --settings {params.settings:q} 2> {log:q}"
 
@@ -72,6 +72,6 @@ rule papers:
     log:
         "logs/papers/page.log",
     params:
-        version=places.version(),
+        version=places.stamp(),
     shell:
         "pleura papers 2> {log:q}"

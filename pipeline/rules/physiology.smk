@@ -6,7 +6,7 @@ rule physiology_man:
         "logs/physiology/male.log",
     params:
         sex="male",
-        version=places.version(),
+        version=places.stamp(),
     shell:
         "pleura validate {params.sex} 2> {log:q}"
 
@@ -18,7 +18,7 @@ use rule physiology_man as physiology_woman with:
         "logs/physiology/female.log",
     params:
         sex="female",
-        version=places.version(),
+        version=places.stamp(),
 
 
 rule physiology:
@@ -31,6 +31,6 @@ rule physiology:
     log:
         "logs/physiology/page.log",
     params:
-        version=places.version(),
+        version=places.stamp(),
     shell:
         "pleura physiology 2> {log:q}"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+
+from pipeline import places
 from pipeline.workflow import check_targets, read_plan
 from sim.errors import InputError
 
@@ -70,7 +72,7 @@ def test_unusable_row_has_no_input_files_so_that_nothing_waits_for_them(plan):
     assert len(plan.files("subject1")) == 1
 
 
-def test_changed_stature_setting_or_version_changes_the_job(plan, in_study, monkeypatch):
+def test_changed_stature_setting_version_or_torso_changes_the_job(plan, in_study, monkeypatch):
     before = plan.job("subject1", "fit")
     assert read_plan({}).job("subject1", "fit") == before
     assert read_plan({"seed": 5}).job("subject1", "fit") != before
@@ -78,5 +80,22 @@ def test_changed_stature_setting_or_version_changes_the_job(plan, in_study, monk
     assert read_plan({}).job("subject1", "fit") != before
     in_study.people(("p1", "female", "1.65", "60", "upright"))
     assert read_plan({}).job("subject1", "fit") == before
-    monkeypatch.setattr("pipeline.places.version", lambda: "9.9")
+    with monkeypatch.context() as other:
+        other.setattr("pipeline.places.version", lambda: "9.9")
+        assert read_plan({}).job("subject1", "fit") != before
+    assert read_plan({}).job("subject1", "fit") == before
+    monkeypatch.setattr("pipeline.places.torso_code", lambda: "another")
     assert read_plan({}).job("subject1", "fit") != before
+
+
+def test_pages_follow_the_code_that_makes_them(tmp_path):
+    for package in ("sim", "pipeline"):
+        (tmp_path / package).mkdir()
+        (tmp_path / package / "x.csv").write_text("1")
+    whole = places.fingerprint(tmp_path)
+    torso = places.fingerprint(tmp_path, ("sim",))
+    (tmp_path / "pipeline" / "x.csv").write_text("2")
+    assert places.fingerprint(tmp_path) != whole
+    assert places.fingerprint(tmp_path, ("sim",)) == torso
+    (tmp_path / "sim" / "x.csv").write_text("2")
+    assert places.fingerprint(tmp_path, ("sim",)) != torso
