@@ -24,10 +24,12 @@ class SheetBuilder:
         muscles: MuscleList,
         tissue: TissueList,
         cavity: Cavity,
+        tall: float,
         parameters: Parameters,
     ) -> None:
+        """Parameters: `tall` is the height of the subject's bones over the reference man's."""
         self.points, self.muscles, self.tissue = points, muscles, tissue
-        self.cavity, self.parameters = cavity, parameters
+        self.cavity, self.tall, self.parameters = cavity, tall, parameters
         self.regions = read_regions(parameters)
 
     def _regions(self, group: str, rows: Sequence[int]) -> list[Region]:
@@ -175,6 +177,6 @@ class SheetBuilder:
         p = self.parameters
         slack, curve = p["belly_slack_sagittal"], p["belly_curve_sagittal"]
         length = np.mean([sum(self._gap(a, b) for a, b in pairwise(c)) for c in columns])
-        whole = 1.0 + p["wall_reach"] / float(length)
+        whole = 1.0 + self.tall * p["wall_reach"] / float(length)
         shorter = 1.0 - whole * (1.0 - slack)
         return 1.0 / whole, shorter, curve * shorter / (whole * slack)

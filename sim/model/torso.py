@@ -117,7 +117,7 @@ def build_torso(
         # The tendon is points of the sheet like all others, which have no weight of their own.
         hung[0].append(points.add(skeleton.body["central_tendon"], tendon.mean(axis=0)))
         hung[1].append(p["tendon_mass"])
-    sheets = SheetBuilder(points, muscles, tissue, cavity, p)
+    sheets = SheetBuilder(points, muscles, tissue, cavity, float(anatomy.scale[2]), p)
     sheets.diaphragm()
     sheets.crura(skeleton.body["T9-T12"])
     manubrium, spine = anatomy.sternum_back[0], anatomy.front["T4"]
