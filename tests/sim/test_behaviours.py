@@ -43,7 +43,7 @@ def test_no_other_style() -> None:
 @pytest.mark.parametrize(
     ("style", "rate", "inspiration", "pause", "levels"),
     [
-        ("calm", 14.0, 0.452, 0.10, [0.171, 0.0565, 0.0, 0.0]),
+        ("calm", 14.0, 0.452, 0.10, [0.171, 0.0563, 0.0, 0.0]),
         ("deep", 7.4, 0.448, 0.05, [0.8, 0.4, 0.0, 0.0]),
     ],
 )

@@ -37,7 +37,7 @@ def test_depth_is_measured_along_the_beam() -> None:
 
 
 def test_the_last_surface_is_the_echo() -> None:
-    both = np.concatenate([SQUARE, SQUARE + [0.0, 0.0, 1.0]])
+    both = np.concatenate([SQUARE, SQUARE + np.array([0.0, 0.0, 1.0])])
     faces = np.concatenate([FACES, FACES + len(SQUARE)])
     found = echo_depth(both, faces, np.array([0.3, 0.3, 0.0]), np.array([[0.3, 0.3, 1.0]]))
     assert found == pytest.approx([2.0])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-
 from pipeline import places
 from pipeline.workflow import check_targets, read_plan
 from sim.errors import InputError
