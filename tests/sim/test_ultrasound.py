@@ -17,7 +17,7 @@ FACES = np.array([[0, 1, 2], [0, 2, 3]])
 
 @pytest.fixture(scope="module")
 def still(resting: RestingTorso) -> Motion:
-    return rest_motion(resting)
+    return rest_motion(resting, "upright")
 
 
 def _moved(still: Motion, change: np.ndarray) -> Motion:
