@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim.model.anatomy import SIDES, Anatomy
-from sim.model.dome import APPOSITION_COLUMN, apposed_path, fibre_path, tendon_edge
+from sim.model.dome import apposed_heights, apposed_path, fibre_path, tendon_edge
 from sim.model.mesh import along, strip
 from sim.model.points import Points
 from sim.model.skeleton import margin_point, segment_of
@@ -176,11 +176,10 @@ class CavityBuilder:
         triangles = np.array([[self.points.at(h) for h in f] for f in sheet])
         n_rows = int(p["diaphragm_rows"])
         edge = tendon_edge(a, p, np.array([self.points.at(h) for h in loop]))
-        grid = []
+        grid, heights = [], apposed_heights(p) * a.scale[2]
         for j, handle in enumerate(loop):
             k = j if j < half else n - j
-            height = APPOSITION_COLUMN[k] * a.scale[2]
-            path = apposed_path(triangles, self.points.at(handle), height, p)
+            path = apposed_path(triangles, self.points.at(handle), float(heights[k]), p)
             line = fibre_path(path, edge[j], n_rows)
             column = [handle, *[self.points.add_particle(q) for q in line[1:-1]]]
             grid.append([*column, self._bind("central_tendon", edge[j])])

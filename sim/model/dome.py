@@ -7,11 +7,7 @@ import numpy as np
 from sim.model.anatomy import Anatomy
 from sim.model.mesh import along
 from sim.physics.types import Floats
-from sim.tables import Parameters
-
-APPOSITION_COLUMN = (0.06, 0.045, 0.06, 0.07, 0.075, 0.075, 0.07, 0.065, 0.06, 0.055, 0.045,
-                     0.035, 0.02, 0.012)  # fmt: skip
-"""Height of the zone of apposition at rest by rim point, back to front, m."""
+from sim.tables import Parameters, column
 
 
 def _radius(faces: Floats, angle: float, z: float, axis: float) -> float:
@@ -28,6 +24,11 @@ def _radius(faces: Floats, angle: float, z: float, axis: float) -> float:
     r = np.einsum("ij,ij->i", w, q) / det
     hit = (s >= -1e-6) & (t >= -1e-6) & (s + t <= 1.0 + 1e-6) & (r > 0.0)
     return float(r[hit].min()) if hit.any() else np.nan
+
+
+def apposed_heights(parameters: Parameters) -> Floats:
+    """Height of the zone of apposition at rest in the reference man, (n,) m, rim back to front."""
+    return column(parameters.rows("apposition.csv"), "height_mm") * 1e-3
 
 
 def apposed_path(faces: Floats, rim: Floats, height: float, parameters: Parameters) -> Floats:
