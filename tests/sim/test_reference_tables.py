@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 DATA = Path(__file__).resolve().parents[2] / "sim" / "data"
-TABLES = ("spine_limits", "bodies", "hill_papers", "rib_joints", "body_size")
+TABLES = ("spine_limits", "bodies", "hill_papers", "rib_joints", "body_size", "apposition")
 
 
 def table(name: str) -> list[dict[str, str]]:
