@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from sim.model.mesh import ray_depths
 from sim.motion import Motion
 from sim.physics.types import Floats, Ints
 
@@ -38,19 +39,9 @@ def echo_depth(vertices: Floats, faces: Ints, probe: Floats, toward: Floats) -> 
     -------
     not a number where a beam misses the surface
     """
-    way = toward - probe
-    way /= np.linalg.norm(way, axis=1, keepdims=True)
-    a, u, w = (vertices[faces[:, corner]] for corner in range(3))
-    u, w = u - a, w - a
-    p = np.cross(way[:, None], w)
-    det = (u * p).sum(axis=-1)
-    det = np.where(np.abs(det) < 1e-14, 1e-14, det)
-    s = ((probe - a) * p).sum(axis=-1) / det
-    q = np.cross(probe - a, u)
-    t = (way[:, None] * q).sum(axis=-1) / det
-    depth = (w * q).sum(axis=-1) / det
-    hit = (s >= -1e-9) & (t >= -1e-9) & (s + t <= 1.0 + 1e-9) & (depth > 0.0)
-    last = np.where(hit, depth, -np.inf).max(axis=1)
+    ways = toward - probe
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    last = [ray_depths(vertices[faces], probe, way).max(initial=-np.inf) for way in ways]
     return np.where(np.isfinite(last), last, np.nan)
 
 

@@ -5,25 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from sim.model.anatomy import Anatomy
-from sim.model.mesh import along
+from sim.model.mesh import along, ray_depths
 from sim.physics.types import Floats
 from sim.tables import Parameters, column
 
 
 def _radius(faces: Floats, angle: float, z: float, axis: float) -> float:
     """Distance from the vertical axis at which a ray meets the sheet."""
-    direction = np.array([np.cos(angle), np.sin(angle), 0.0])
-    origin = np.array([axis, 0.0, z])
-    a, u, w = faces[:, 0], faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]
-    p = np.cross(direction, w)
-    det = np.einsum("ij,ij->i", u, p)
-    det = np.where(np.abs(det) < 1e-12, 1e-12, det)
-    s = np.einsum("ij,ij->i", origin - a, p) / det
-    q = np.cross(origin - a, u)
-    t = (q @ direction) / det
-    r = np.einsum("ij,ij->i", w, q) / det
-    hit = (s >= -1e-6) & (t >= -1e-6) & (s + t <= 1.0 + 1e-6) & (r > 0.0)
-    return float(r[hit].min()) if hit.any() else np.nan
+    way = np.array([np.cos(angle), np.sin(angle), 0.0])
+    return float(ray_depths(faces, np.array([axis, 0.0, z]), way).min(initial=np.inf))
 
 
 def apposed_heights(parameters: Parameters) -> Floats:

@@ -26,6 +26,27 @@ def along(line: Floats, stations: Floats) -> Floats:
     return np.stack([np.interp(stations, steps / steps[-1], line[:, c]) for c in range(3)], axis=1)
 
 
+def ray_depths(triangles: Floats, origin: Floats, way: Floats) -> Floats:
+    """How far ahead of `origin` a ray crosses triangles, (n_crossings,) m.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3), m
+    origin, way : (3,), m and a unit vector
+    """
+    a = triangles[:, 0]
+    u, w = triangles[:, 1] - a, triangles[:, 2] - a
+    p = np.cross(way, w)
+    det = np.einsum("ij,ij->i", u, p)
+    det = np.where(np.abs(det) < 1e-12, 1e-12, det)
+    s = np.einsum("ij,ij->i", origin - a, p) / det
+    q = np.cross(origin - a, u)
+    t = (q @ way) / det
+    depth = np.einsum("ij,ij->i", w, q) / det
+    hit = (s >= -1e-6) & (t >= -1e-6) & (s + t <= 1.0 + 1e-6) & (depth > 0.0)
+    return np.asarray(depth[hit])
+
+
 def strip(points: Points, a: list[int], b: list[int]) -> list[tuple[int, int, int]]:
     """Triangles between two polylines that run alongside, shorter diagonals first."""
     faces, i, j = [], 0, 0
